@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace relief::studio {
@@ -21,6 +22,8 @@ class DocumentBridge : public QObject {
 
   /// Goes on with a file; what was open is closed first. Errors: those of Document::open() and of closing.
   [[nodiscard]] Status open(const std::filesystem::path& place, ModelFile file);
+  /// How documents that are opened from now on make room; room_maker() where nobody says otherwise.
+  void make_room_with(RoomMaker make) { make_room_ = std::move(make); }
   /// Everything is in the file when it returns without an error.
   [[nodiscard]] Status close();
   /// Null when nothing is open.
@@ -63,6 +66,7 @@ class DocumentBridge : public QObject {
   std::optional<Box3d> changed_;
   bool called_ = false;
   std::filesystem::path file_;
+  RoomMaker make_room_;
   std::unique_ptr<Document> document_;
 };
 

@@ -220,8 +220,8 @@ void DevicePanel::refresh() {
 }
 
 void DevicePanel::refresh_state() {
-  const QString words = hand_.active() ? safety_sentence(hand_.safety(), !hand_.forces())
-                                       : tr("No device is in use. The mouse and the pen sculpt.");
+  const QString words =
+      hand_.active() ? safety_sentence(hand_.safety(), !hand_.forces()) : tr("The mouse and the pen sculpt.");
   state_->setText(words);
   describe(state_, words);
   give_role(state_, !hand_.active()  ? QStringLiteral("dim")

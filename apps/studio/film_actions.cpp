@@ -48,6 +48,7 @@ void MainWindow::build_film_actions() {
     });
   }
   connect(views_, &SplitView::analysisMade, this, [this](Viewport* made) {
+    made->installEventFilter(this);
     connect(made, &Viewport::said, this, &MainWindow::say);
     connect(made, &Viewport::colourPicked, viewport_, &Viewport::colourPicked);
     connect(made, &Viewport::dropped, viewport_, &Viewport::dropped);

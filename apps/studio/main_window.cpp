@@ -26,6 +26,7 @@
 #include <QCloseEvent>
 #include <QFile>
 #include <QHBoxLayout>
+#include <QKeyEvent>
 #include <QLabel>
 #include <QLayout>
 #include <QMenuBar>
@@ -317,6 +318,10 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
           },
           Qt::QueuedConnection);
   }
+  // Room is made after the hand has let go, too, when the view has no stroke any more that it could cancel.
+  if (making_room_ && qobject_cast<Viewport*>(object) != nullptr && event->type() == QEvent::KeyPress &&
+      static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape)
+    bridge_.post(CancelStroke{});
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
   return QMainWindow::eventFilter(object, event);

@@ -64,6 +64,8 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] bool wants_another() const { return wants_another_; }
   [[nodiscard]] const QString& last_file() const { return last_file_; }
   [[nodiscard]] Viewport& viewport() { return *viewport_; }
+  /// What all of the window works on.
+  [[nodiscard]] DocumentBridge& bridge() { return bridge_; }
   /// "simulated", "mouse", "replay:FILE" (Hand::choose()).
   void use_device(const QString& id);
   [[nodiscard]] QString device() const;
@@ -197,6 +199,7 @@ class MainWindow : public QMainWindow {
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;
   bool lean_told_ = false;      ///< in the open model: fibres lean in many places of some
+  bool making_room_ = false;    ///< the document does, under a stroke
   bool changing_cage_ = false;  ///< the document works on other slabs
 };
 

@@ -39,6 +39,7 @@ void MainWindow::connect_document() {
     viewport_->set_model(head);
   });
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
+    if (std::exchange(making_room_, false) && stroke.cancelled) say(tr("The stroke was taken back."));
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
       colours_->mark_used(colours_->colour());
       docks_->share_soon();
@@ -67,11 +68,15 @@ void MainWindow::connect_document() {
     say(tr("The fibres lean here: the tool takes some clay from beside it, too."));
   });
   connect(&bridge_, &DocumentBridge::closed, this, [this] {
-    changing_cage_ = false;
+    making_room_ = changing_cage_ = false;
     end_aside(std::exchange(saving_, nullptr));
   });
-  connect(&bridge_, &DocumentBridge::roomAsked, this, [this] { say(tr("Making room under the stroke …")); });
+  connect(&bridge_, &DocumentBridge::roomAsked, this, [this] {
+    making_room_ = true;
+    say(tr("Making room under the stroke … Esc takes the stroke back."));
+  });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
+    making_room_ = false;
     if (room.bar == RoomBar::FarSide)
       say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
               .arg(length_text(room.bar_distance, unit_)));
@@ -98,6 +103,8 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::progressed, this, [this](const QString& phase, double share) {
     if (phase == QLatin1String("copy") || phase == QLatin1String("save")) tell_aside(saving_, tr("Saving …"), share);
+    if (making_room_ && phase == QLatin1String("room"))
+      say_in_status(tr("Making room under the stroke: %1 %. Esc takes the stroke back.").arg(qRound(share * 100)));
     if (changing_cage_) say(tr("Working on the slabs: %1 %. You can go on sculpting.").arg(qRound(share * 100)));
   });
   connect(&bridge_, &DocumentBridge::strokeRefused, this,

@@ -18,8 +18,11 @@
 #include <QLabel>
 #include <QSettings>
 #include <QTest>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <memory>
+#include <thread>
 #include <utility>
 
 namespace relief::studio {
@@ -96,6 +99,12 @@ class ToldTest : public ::testing::Test {
     press(kMiddle);
     release(kMiddle);
   }
+  static void connect_to(DocumentBridge& bridge, int& finished, int& cancelled) {
+    QObject::connect(&bridge, &DocumentBridge::strokeFinished, [&](const StrokeFinished& stroke) {
+      ++finished;
+      cancelled += stroke.cancelled;
+    });
+  }
   [[nodiscard]] QString status() { return window.findChild<QLabel*>("status")->accessibleDescription(); }
   /// In the status line, and over the picture.
   void says(const QString& words) {
@@ -141,6 +150,47 @@ TEST_F(ToldTest, AGridThatStaysTooCoarse) {
 TEST_F(ToldTest, AGridThatIsFineEnoughIsNotTold) {
   touch_the_sheet(0.15);
   EXPECT_NE(status(), kCoarse);
+}
+
+TEST_F(ToldTest, EscapeTakesAStrokeBackForWhichRoomIsBeingMade) {
+  // A dent in clay that is 0.2 thick: half a radius too deep, so that room is made once the button is up.
+  // This room takes until somebody cancels it, or until the test says that it was made.
+  std::atomic<bool> made{false};
+  window.bridge().make_room_with([&](const SnapshotPtr&, const RoomWanted&, const Progress& progress) -> Result<Room> {
+    while (!progress.cancelled() && !made) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (!made) return fail(Errc::Cancelled, "cancelled");
+    return Room{};
+  });
+  open(testing::sphere_shell(3, 16), AxisView::Front);
+  set("radius", 0.4);
+  set("strength", 1);
+  DocumentBridge& bridge = window.bridge();
+  const std::uint64_t before = bridge.head()->content_hash();
+  int finished = 0, cancelled = 0, rooms = 0;
+  connect_to(bridge, finished, cancelled);
+  QObject::connect(&bridge, &DocumentBridge::roomEnded, &view(), [&] { ++rooms; });
+  bool escape = false;
+  QObject::connect(&bridge, &DocumentBridge::roomAsked, &view(), [&] {
+    EXPECT_EQ(status(), "Making room under the stroke … Esc takes the stroke back.");
+    escape ? QTest::keyClick(&view(), Qt::Key_Escape) : void(made = true);
+  });
+  const auto dab = [&] {
+    const int so_far = finished;
+    press({0, 0, 1});
+    QTest::mouseRelease(&view(), Qt::LeftButton, {}, at({0, 0, 1}));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return finished > so_far; }, kPatience));
+  };
+  escape = true;
+  dab();
+  EXPECT_EQ(cancelled, 1);
+  EXPECT_EQ(rooms, 0);
+  EXPECT_EQ(status(), "The stroke was taken back.");
+  EXPECT_EQ(bridge.head()->content_hash(), before);
+  escape = false;  // the control: nobody presses it
+  dab();
+  EXPECT_EQ(cancelled, 1);
+  EXPECT_GT(rooms, 0);
+  EXPECT_NE(bridge.head()->content_hash(), before);
 }
 
 }  // namespace

@@ -1160,8 +1160,8 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>Beenden</translation>
     </message>
     <message>
-        <source>No device is in use. The mouse and the pen sculpt.</source>
-        <translation>Kein Gerät in Gebrauch. Maus und Stift formen.</translation>
+        <source>The mouse and the pen sculpt.</source>
+        <translation>Maus und Stift formen.</translation>
     </message>
     <message>
         <source>%1 of %2</source>
@@ -2110,10 +2110,6 @@ berühren, um weiterzumachen</translation>
         <translation>%1 … Sie können weiterarbeiten.</translation>
     </message>
     <message>
-        <source>Making room under the stroke …</source>
-        <translation>Unter dem Strich wird Raum geschaffen …</translation>
-    </message>
-    <message>
         <source>There is room again.</source>
         <translation>Jetzt ist wieder Raum.</translation>
     </message>
@@ -2320,6 +2316,18 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>once more same again</source>
         <translation>noch einmal nochmal gleicher wiederholen</translation>
+    </message>
+    <message>
+        <source>The stroke was taken back.</source>
+        <translation>Der Strich wurde zurückgenommen.</translation>
+    </message>
+    <message>
+        <source>Making room under the stroke … Esc takes the stroke back.</source>
+        <translation>Unter dem Strich wird Platz geschaffen … Esc nimmt den Strich zurück.</translation>
+    </message>
+    <message>
+        <source>Making room under the stroke: %1 %. Esc takes the stroke back.</source>
+        <translation>Unter dem Strich wird Platz geschaffen: %1 %. Esc nimmt den Strich zurück.</translation>
     </message>
 </context>
 <context>
