@@ -81,9 +81,9 @@ void MainWindow::build_actions() {
     });
   }
   add("drag-radius", tr("Set the radius with the mouse"), QKeySequence(Qt::Key_F),
-      [this] { viewport_->begin_drag("radius"); });
+      [this] { views_->pointed_at().begin_drag("radius"); });
   add("drag-strength", tr("Set the strength with the mouse"), QKeySequence(Qt::SHIFT | Qt::Key_F),
-      [this] { viewport_->begin_drag("strength"); });
+      [this] { views_->pointed_at().begin_drag("strength"); });
   add("radius-less", tr("Smaller radius"), QKeySequence(Qt::Key_BracketLeft),
       [this] { tools_.set_value("radius", tools_.value("radius") / 1.1); });
   add("radius-more", tr("Larger radius"), QKeySequence(Qt::Key_BracketRight),
@@ -94,7 +94,7 @@ void MainWindow::build_actions() {
     if (on != (tools_.brush().symmetry != 0)) tools_.set_value("symmetry", on ? 1 : 0);
   });
   add("pick-colour", tr("Pick a colour from the model"), QKeySequence(Qt::SHIFT | Qt::Key_S),
-      [this] { viewport_->pick_colour(); });
+      [this] { views_->pointed_at().pick_colour(); });
 
   add("frame", tr("Show all"), QKeySequence(Qt::Key_Home), [this] { viewport_->frame_all(); });
   struct AxisKey {

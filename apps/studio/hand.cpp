@@ -307,14 +307,15 @@ double Hand::force_limit() const { return live_ ? live_->control->force_limit() 
 
 void Hand::set_force_limit(double newton) {
   if (!live_) return;
-  live_->control->limit_force(std::clamp(newton, 0.0, most_force()));
   limit_ = newton < most_force() ? newton : 0;
+  live_->control->limit_force(std::clamp(newton, 0.0, most_force()));
 }
 
 void Hand::set_force_cap(double share) {
   cap_ = std::clamp(share, 0.0, 1.0);
   if (!live_) return;
-  set_force_limit(limit_ > 0 ? limit_ : most_force());
+  // What the panel has set holds again where the cap lets it.
+  live_->control->limit_force(limit_ > 0 ? std::min(limit_, most_force()) : most_force());
   emit changed();
 }
 

@@ -6,6 +6,7 @@
 #include "kiosk_choose.h"
 #include "kiosk_stage.h"
 #include "languages.h"
+#include "preferences.h"
 #include "shelf.h"
 #include "text.h"
 #include "widgets/theme.h"
@@ -65,6 +66,7 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
       first_language_(std::move(language)),
       language_(first_language_),
       folder_(copies_folder()),
+      most_force_(chosen(settings, "forces/most").toInt() / 100.0),
       log_(state_folder() + QStringLiteral("/log")) {
   setObjectName(QStringLiteral("kiosk"));
   setWindowTitle(tr("Relief"));
@@ -237,7 +239,7 @@ void Kiosk::tell_load(quint64 serial, double share) {
 void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   current_ = exhibit;
   close_copy();
-  hand_.set_force_cap(exhibits_[exhibit].force_cap);
+  hand_.set_force_cap(std::min(exhibits_[exhibit].force_cap, most_force_));
   if (const Status open = bridge_.open(path(made.file), std::move(*made.copy)); !open) {
     drop(exhibit, text(open.error().message));
     return;
@@ -246,6 +248,7 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   const SnapshotPtr head = bridge_.head();
   const Box3d box = bounds_of_surface(*head);
   tools_.set_diagonal(diagonal(box));
+  tools_.forget_hand();
   tools_.set_mirror(box.centre());
   stage_->set_exhibit(exhibits_[exhibit]);
   stage_->set_language(exhibits_[exhibit], language_);

@@ -85,6 +85,7 @@ class Kiosk : public QWidget {
   std::vector<Exhibit> exhibits_;
   std::set<std::size_t> broken_;
   QString code_, first_language_, language_, folder_;
+  double most_force_;  ///< of the preferences, as a share of what the device can give
   KioskLog log_;
   DocumentBridge bridge_;
   ToolState tools_;

@@ -5,6 +5,7 @@
 #include "navigation_card.h"
 #include "preferences.h"
 #include "preferences_dialog.h"
+#include "split_view.h"
 #include "start_page.h"
 #include "text.h"
 #include "widgets/theme.h"
@@ -120,10 +121,10 @@ void MainWindow::use_preference(const QString& key) {
     set_reduced_motion(value.toBool());
   }
   if (key == QLatin1String("input/map")) {
-    viewport_->set_map(map_named(value.toString()));
+    views_->set_map(map_named(value.toString()));
     if (settings_.contains(key)) ask_for_navigation();
   }
-  if (key == QLatin1String("input/turntable")) viewport_->set_turntable(value.toBool());
+  if (key == QLatin1String("input/turntable")) views_->set_turntable(value.toBool());
   if (key == QLatin1String("input/pressure") && tools_.use_pressure() != value.toBool())
     tools_.set_use_pressure(value.toBool());
   if (key == QLatin1String("input/tilt")) tools_.set_use_tilt(value.toBool());

@@ -233,7 +233,7 @@ void PreferencesDialog::add_input() {
              tr("What is up stays up. Without it, the model turns freely in all directions."));
   add_switch(*page, "input/pressure", tr("Use the pressure of the pen"),
              tr("Without it, a pen works like a mouse: always at full pressure."));
-  add_switch(*page, "input/tilt", tr("Tilt lightens"),
+  add_switch(*page, "input/tilt", tr("Use the tilt of the pen"),
              tr("A pen works with less pressure the flatter it lies: with half of it at 60 degrees."));
   add_switch(*page, "input/single-keys", tr("Single keys choose tools"),
              tr("Off, keys act with Ctrl or Alt only: for people who speak their words, or whose hands tremble."));

@@ -25,6 +25,22 @@ SplitView::SplitView(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   connect(shaded_, &Viewport::sceneChanged, this, [this] { last_stroke_ = {}; });
 }
 
+void SplitView::repeat_stroke() {
+  if (analysis_ == nullptr || !analysis_->busy()) shaded_->repeat_stroke(last_stroke_);
+}
+
+Viewport& SplitView::pointed_at() { return analysis_ != nullptr && analysis_->underMouse() ? *analysis_ : *shaded_; }
+
+void SplitView::set_map(NavigationMap map) {
+  shaded_->set_map(map);
+  if (analysis_ != nullptr) analysis_->set_map(map);
+}
+
+void SplitView::set_turntable(bool turntable) {
+  shaded_->set_turntable(turntable);
+  if (analysis_ != nullptr) analysis_->set_turntable(turntable);
+}
+
 void SplitView::note_strokes(Viewport& view) {
   connect(&view, &Viewport::strokeMade, this, [this](const PointerStroke& stroke) { last_stroke_ = stroke; });
 }
@@ -59,6 +75,8 @@ void SplitView::make() {
   setSizes({width() / 2, width() / 2});
   analysis_->set_final_samples(shaded_->final_frame().samples);
   analysis_->set_up(shaded_->up());
+  analysis_->set_map(shaded_->map());
+  analysis_->set_turntable(shaded_->turntable());
   analysis_->set_scene(shaded_->scene(), shaded_->unit(), false);
   analysis_->set_camera(shaded_->camera());
   connect(&bridge_, &DocumentBridge::snapshotChanged, analysis_, [this] { analysis_->set_model(bridge_.head()); });

@@ -19,8 +19,13 @@ class SplitView : public QSplitter {
   [[nodiscard]] Viewport* analysis() { return analysis_; }
   /// That of the first view; the second one keeps its map.
   void set_look(const Look& look);
-  /// The newest stroke of the pointer in either view, once more.
-  void repeat_stroke() { shaded_->repeat_stroke(last_stroke_); }
+  /// The newest stroke of the pointer in either view, once more; not while a hand is at work in one of them.
+  void repeat_stroke();
+  /// The view that the pointer is over, else the first one.
+  [[nodiscard]] Viewport& pointed_at();
+  /// Of both views.
+  void set_map(NavigationMap map);
+  void set_turntable(bool turntable);
   /// Empty, or Map::None, closes it.
   void show_map(std::optional<Look::Map> map);
 

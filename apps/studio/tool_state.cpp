@@ -46,7 +46,7 @@ ToolState::ToolState(QObject* parent) : QObject(parent) {
     brush.colour = {0.70F, 0.24F, 0.16F};
     brushes_.push_back(brush);
   }
-  hand_.radius = kFirstRadius * diagonal_;
+  forget_hand();
 }
 
 const QStringList& ToolState::ids() {
@@ -153,6 +153,7 @@ void ToolState::set_use_tilt(bool use) {
 }
 
 void ToolState::set_diagonal(double diagonal) {
+  if (!(diagonal > 0) || !std::isfinite(diagonal)) return;
   const double scale = diagonal / diagonal_;
   diagonal_ = diagonal;
   hand_.radius *= scale;
@@ -161,6 +162,13 @@ void ToolState::set_diagonal(double diagonal) {
     brush.resilience *= scale;
     brush.height *= scale;
   }
+  emit settingChanged(QStringLiteral("radius"));
+  emit settingChanged(QStringLiteral("stabiliser"));
+}
+
+void ToolState::forget_hand() {
+  hand_.radius = kFirstRadius * diagonal_;
+  hand_.stabiliser = 0;
   emit settingChanged(QStringLiteral("radius"));
   emit settingChanged(QStringLiteral("stabiliser"));
 }

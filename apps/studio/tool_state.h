@@ -48,8 +48,11 @@ class ToolState : public QObject {
   [[nodiscard]] bool use_tilt() const { return use_tilt_; }
   void set_mirror(Vec3d point) { mirror_ = point; }
 
-  /// Lengths keep their share of it: a tool is as large on the next model as on this one.
+  /// Lengths keep their share of it: a tool is as large on the next model as on this one. Does nothing where it is no
+  /// positive finite length, as of a mesh that is not repaired yet.
   void set_diagonal(double diagonal);
+  /// Radius and stabiliser as on the first day.
+  void forget_hand();
   /// Writes the tool in the hand and all that is set, lengths as shares of the diagonal, below "tools/". Not the
   /// symmetry, which is the model's, and not the pen's curve, which the preferences keep.
   void keep(QSettings& settings) const;

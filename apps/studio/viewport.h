@@ -50,9 +50,13 @@ class Viewport : public QWidget {
   void redraw_everything();
 
   void set_map(NavigationMap map) { map_ = map; }
+  [[nodiscard]] NavigationMap map() const { return map_; }
   /// Whether one finger on the model sculpts; else it turns the camera, as beside the model.
   void set_touch_sculpts(bool sculpts) { touch_sculpts_ = sculpts; }
   void set_turntable(bool turntable) { turntable_ = turntable; }
+  [[nodiscard]] bool turntable() const { return turntable_; }
+  /// Whether a hand strokes, turns or sets something here now.
+  [[nodiscard]] bool busy() const { return gesture_ != Gesture::None; }
   /// Frames per second at most; 30 leaves a core to a servo where the driver draws with the CPU.
   void set_beside_servo(bool beside) { beside_servo_ = beside; }
   /// The samples of a pixel when the picture has been still for long; 16 unless somebody set less.

@@ -86,6 +86,7 @@ void Viewport::move(const PointerSample& sample) {
 }
 
 void Viewport::release() {
+  if (gesture_ == Gesture::Drag) return end_drag(true);
   hold_timer_.stop();
   if (gesture_ == Gesture::Stroke) end_stroke();
   if (gesture_ == Gesture::Touch || gesture_ == Gesture::Stroke) emit pointed(ray(pointer_), false, 0);
@@ -111,8 +112,8 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
   if (pen_down_ || event->source() != Qt::MouseEventNotSynthesized) return;
   pen_.reset();
   if (gesture_ == Gesture::Drag) {
-    end_drag(event->button() != Qt::RightButton);
-    return;
+    if (event->button() == Qt::RightButton) end_drag(false);
+    return;  // another button may be held while the hand goes on; its release ends it
   }
   if (gesture_ != Gesture::None) return;
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1};
@@ -155,8 +156,7 @@ void Viewport::look_from(Axis axis) {
 }
 
 void Viewport::mouseReleaseEvent(QMouseEvent* event) {
-  if (pen_down_ || event->button() != button_ || gesture_ == Gesture::Drag) return;
-  release();
+  if (!pen_down_ && (event->button() == button_ || gesture_ == Gesture::Drag)) release();
 }
 
 void Viewport::mouseDoubleClickEvent(QMouseEvent* event) {
@@ -337,6 +337,7 @@ void Viewport::end_stroke() {
 void Viewport::repeat_stroke(const PointerStroke& stroke) {
   if (gesture_ != Gesture::None) return;
   if (stroke.samples.empty()) return emit said(tr("There is no stroke to repeat yet."));
+  if (!tools_.tool()) return emit said(tr("Touch leaves no trace. Choose another tool to repeat the last stroke."));
   QString why;
   input_ns_ = clock_.nsecsElapsed();
   if (!stroke_.repeat(stroke, why)) emit said(why.isEmpty() ? tr("The last stroke cannot be repeated here.") : why);
@@ -344,6 +345,10 @@ void Viewport::repeat_stroke(const PointerStroke& stroke) {
 
 void Viewport::keyReleaseEvent(QKeyEvent* event) {
   if (event->key() == Qt::Key_Space && !event->isAutoRepeat()) space_ = false;
+  // The key that was held while the hand moved; one that was only tapped is up before that.
+  if (gesture_ == Gesture::Drag && !event->isAutoRepeat() && pointer_ != drag_at_ && event->key() != Qt::Key_Shift &&
+      event->key() != Qt::Key_Control && event->key() != Qt::Key_Alt)
+    end_drag(true);
   QWidget::keyReleaseEvent(event);
 }
 

@@ -39,7 +39,8 @@ void MainWindow::connect_document() {
     viewport_->set_model(head);
   });
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
-    if (std::exchange(making_room_, false) && stroke.cancelled) say(tr("The stroke was taken back."));
+    if (stroke.source == 0 && std::exchange(making_room_, false) && stroke.cancelled)
+      say(tr("The stroke was taken back."));
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
       colours_->mark_used(colours_->colour());
       docks_->share_soon();
@@ -71,12 +72,12 @@ void MainWindow::connect_document() {
     making_room_ = changing_cage_ = false;
     end_aside(std::exchange(saving_, nullptr));
   });
-  connect(&bridge_, &DocumentBridge::roomAsked, this, [this] {
-    making_room_ = true;
-    say(tr("Making room under the stroke … Esc takes the stroke back."));
+  connect(&bridge_, &DocumentBridge::roomAsked, this, [this](quint32 source) {
+    making_room_ = source == 0;  // another hand's stroke is not the keyboard's to take back
+    if (!making_room_) say(tr("Making room under the stroke …"));
+    if (making_room_) say(tr("Making room under the stroke … Esc takes the stroke back."));
   });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
-    making_room_ = false;
     if (room.bar == RoomBar::FarSide)
       say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
               .arg(length_text(room.bar_distance, unit_)));
@@ -278,7 +279,7 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
     card_->show();
     place_over();
   }
-  if (!doubt.isEmpty()) say(doubt);
+  if (!doubt.isEmpty()) say(error_text({Errc::Corrupt, doubt.toStdString()}));
 }
 
 void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {

@@ -196,6 +196,11 @@ TEST_F(SafetyTest, TheMostForceOfThePreferencesHoldsAtOnce) {
   hand().set_force_limit(0.05 * devices);
   choose(1);
   EXPECT_DOUBLE_EQ(hand().force_limit(), 0.05 * devices) << "what the panel had set";
+  hand().set_force_limit(0.3 * devices);
+  choose(0.1);
+  EXPECT_DOUBLE_EQ(hand().force_limit(), 0.1 * devices);
+  choose(1);
+  EXPECT_DOUBLE_EQ(hand().force_limit(), 0.3 * devices) << "a cap below it is no reason to forget it";
   hand().set_force_limit(devices);
   EXPECT_DOUBLE_EQ(hand().force_limit(), devices);
 }

@@ -6,6 +6,7 @@
 #include <studio/tool_state.h>
 
 #include <QSettings>
+#include <cmath>
 
 namespace relief::studio {
 namespace {
@@ -80,6 +81,10 @@ TEST_F(ToolsTest, TheRadiusKeepsItsShareOfTheModel) {
   state.set_value("radius", 2);
   state.set_diagonal(300);
   EXPECT_DOUBLE_EQ(state.value("radius"), 6);
+  for (const double none : {0.0, -1.0, double(INFINITY), double(NAN)}) state.set_diagonal(none);
+  EXPECT_DOUBLE_EQ(state.value("radius"), 6) << "a mesh with points at infinity has no size";
+  state.forget_hand();
+  EXPECT_DOUBLE_EQ(state.value("radius"), 12);
 }
 
 }  // namespace

@@ -2329,6 +2329,10 @@ berühren, um weiterzumachen</translation>
         <source>Making room under the stroke: %1 %. Esc takes the stroke back.</source>
         <translation>Unter dem Strich wird Platz geschaffen: %1 %. Esc nimmt den Strich zurück.</translation>
     </message>
+    <message>
+        <source>Making room under the stroke …</source>
+        <translation>Unter dem Strich wird Platz geschaffen …</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>
@@ -2631,12 +2635,12 @@ berühren, um weiterzumachen</translation>
         <translation>Eine Hand, die abrutscht, wird langsamer.</translation>
     </message>
     <message>
-        <source>Tilt lightens</source>
-        <translation>Neigung macht leichter</translation>
-    </message>
-    <message>
         <source>A pen works with less pressure the flatter it lies: with half of it at 60 degrees.</source>
         <translation>Ein Stift arbeitet mit weniger Druck, je flacher er liegt: bei 60 Grad mit der Hälfte.</translation>
+    </message>
+    <message>
+        <source>Use the tilt of the pen</source>
+        <translation>Die Neigung des Stifts nutzen</translation>
     </message>
 </context>
 <context>
@@ -2894,6 +2898,10 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>The last stroke cannot be repeated here.</source>
         <translation>Der letzte Strich lässt sich hier nicht wiederholen.</translation>
+    </message>
+    <message>
+        <source>Touch leaves no trace. Choose another tool to repeat the last stroke.</source>
+        <translation>Tasten hinterlässt keine Spur. Wählen Sie ein anderes Werkzeug, um den letzten Strich zu wiederholen.</translation>
     </message>
 </context>
 </TS>

@@ -310,6 +310,11 @@ TEST_F(KioskWindow, ForcesAreCappedAndOffWhileModelsTurn) {
   for (int k = 0; k < 3 + IdleWatch::kCountdown; ++k) kiosk->watch().tick();
   ASSERT_TRUE(QTest::qWaitFor([&] { return kiosk->page() == Kiosk::Page::Attract && hand.active(); }, 30'000));
   EXPECT_FALSE(hand.forces());
+  // What the preferences say holds here, too.
+  settings.setValue("forces/most", 10);
+  begin("mouse");
+  open();
+  EXPECT_NEAR(kiosk->hand().most_force(), 0.1 / 0.25 * capped, 1e-9);
 }
 
 TEST_F(KioskWindow, AModelDamagedLaterIsSkippedAndLogged) {
