@@ -140,7 +140,7 @@ TEST(BallMover, AStepIsCountedWithItsPlanesAndTheTrianglesThatItFinds) {
   go(to, from);  // so that all is known
   detail::Neighbourhood list;
   const auto patches = std::make_unique<detail::Patches>();
-  list.gather(surface, to, near, near + radius, flat);
+  list.gather(surface, to, near, near + radius, flat, detail::kAnyWork);
   int look = 0, found = 0;
   for (int k = 0; k < 2; ++k) {  // the second time the patches are known, as they are for the step
     const int before = surface.placed();
@@ -346,6 +346,25 @@ TEST(BallProxy, NoTickTakesLong) {
   EXPECT_LT(share_of(0.99), 2500);  // a ball that is late may take more with each tick
   EXPECT_LT(share_of(0.999), 4300);
   EXPECT_LT(share_of(1), 5500);
+}
+
+/// Thousands of slabs are near the largest ball: what is near is found over several ticks, the first time too, and it
+/// lands in time all the same.
+TEST(BallProxy, NoTickTakesLongWhereSlabsAreFarSmallerThanIt) {
+  const SnapshotPtr model = displaced(plane_shell(128, 2, 0.1), [](Vec3d) { return 0.5; });
+  const double radius = BallRange::kMost * std::sqrt(2);
+  BallProxy ball;
+  int most = 0, touched = 0;
+  for (int k = 0; k <= 1500; ++k) {
+    const double height = radius * std::max(0.9, 1.5 - 0.0015 * k), along = 1e-4 * std::max(0, k - 400);
+    touched += ball.step(*model, {0.5 + along, height, 0.5}, radius) ? 1 : 0;
+    most = std::max(most, ball.work());
+    if (height < 0.99 * radius) {
+      EXPECT_NEAR(ball.centre().y, radius, 1e-3 * radius) << k;
+    }
+  }
+  EXPECT_EQ(touched, 1501 - 334);
+  EXPECT_LT(most, 4500);  // a list at once takes 7,000
 }
 
 /// Pressed in by as much as its radius and leaning to and fro, it seldom sees in a tick where it would come to rest; it
