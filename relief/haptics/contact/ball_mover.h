@@ -15,8 +15,7 @@
 
 namespace relief::detail::ball {
 
-constexpr int kMost = 48;         // micro-triangles that are minded at a time
-constexpr int kFew = 10;          // of those that the ball is in
+constexpr int kMost = 10;         // micro-triangles that are minded at a time
 constexpr double kSkin = 1e-3;    // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;   // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;    // of the radius: a step that is none
@@ -36,32 +35,20 @@ struct Around {
   std::array<NearTriangle, kMost> triangles;
   std::array<double, kMost> distance2;  ///< of each of them
   int count = 0, farthest = 0;
-  bool deep = false;           ///< the ball is in one of them
   double nearest = kAnywhere;  ///< of all; where there is none, they are no nearer than this
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
     return std::span(triangles).first(static_cast<std::size_t>(count));
   }
-  /// Where one is nearer than the root of deep2, a few are enough. `limit2`: what was looked for; comes down to the
-  /// farthest where there is no more room.
-  void add(const NearTriangle& t, double deep2, double& limit2) noexcept {
-    if (!deep && t.distance2 < deep2) {
-      deep = true;
-      find_farthest();
-    }
-    const int most = deep ? kFew : kMost;
-    const auto place = static_cast<std::size_t>(count < most ? count++ : farthest);
+  /// `limit2`: what was looked for; comes down to the farthest where there is no more room.
+  void add(const NearTriangle& t, double& limit2) noexcept {
+    const auto place = static_cast<std::size_t>(count < kMost ? count++ : farthest);
     triangles[place] = t;
     distance2[place] = t.distance2;
-    if (count < most) return;
-    find_farthest();
-    limit2 = distance2[static_cast<std::size_t>(farthest)];
-  }
-
- private:
-  void find_farthest() noexcept {
-    const auto all = std::span(distance2).first(static_cast<std::size_t>(count));
-    farthest = count > 0 ? static_cast<int>(std::ranges::max_element(all) - all.begin()) : 0;
+    if (count < kMost) return;
+    const auto most = std::ranges::max_element(distance2);
+    farthest = static_cast<int>(most - distance2.begin());
+    limit2 = *most;
   }
 };
 
@@ -352,7 +339,6 @@ class Mover {
     ++searches_;
     const double near = this->near();
     found.count = 0;
-    found.deep = false;
     if (!known(at, near)) {
       if (far > near) {
         found.nearest = clear_up_to(at, far);
@@ -363,13 +349,12 @@ class Mover {
     Neighbourhood* const list = known(at, near);
     const int placed = surface_.placed();
     const std::uint32_t made = room_.patches.work();
-    const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
     int barring = 0;
     const auto add = [&](const NearTriangle& t) noexcept {
       surface_.add_placed(kTriangleWork);
-      found.add(t, deep2, reach2);
-      if (found.deep && bar(t) && ++barring == kFew) reach2 = 0;
+      found.add(t, reach2);
+      if (bar(t) && ++barring == kMost) reach2 = 0;
     };
     bool finished = true;
     if (list)

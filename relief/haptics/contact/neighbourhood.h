@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -17,10 +18,11 @@ namespace relief::detail {
 /// squares. Cost of a query: a few nanoseconds per square, about 60 for each one that may be near.
 class Neighbourhood {
  public:
-  /// Makes the list again, with a reach from `least` to `far`: the more squares there were in the last one, the less
-  /// far. Where there is no room for those within `least`, it covers nothing. `flat`: see visit_near(). Once more than
-  /// `most` samples are placed it leaves the rest, covers nothing yet, and returns false. The next call goes on from
-  /// there, if what was begun reaches far enough around its centre. Cost: some fifty nanoseconds a square.
+  /// Makes the list again, with a reach from `least` to `far`: twice as far beyond `least` as the last one, and half
+  /// as far as often as there is no room for all squares. Where there is none for those within `least`, it covers
+  /// nothing. `flat`: see visit_near(). Once more than `most` samples are placed it leaves the rest, covers nothing
+  /// yet, and returns false. The next call goes on from there, if what was begun reaches far enough around its centre.
+  /// Cost: some fifty nanoseconds a square.
   bool gather(MicroTriangles& surface, Vec3d centre, double least, double far, double flat, int most) noexcept {
     const bool begun = !whole_ && least == least_ && far == far_ && flat == flat_ && reach_around(centre) >= least;
     if (!begun) begin(centre, least, far, flat);
@@ -63,10 +65,9 @@ class Neighbourhood {
   }
 
  private:
-  static constexpr std::size_t kMost = 512;   // squares
+  static constexpr std::size_t kMost = 128;   // squares
   static constexpr std::size_t kScanned = 8;  // squares or slabs that are passed over in a sample's time
   static constexpr int kVisited = 3;          // samples' time that one takes whose triangles may be near
-  static constexpr float kSoon = 0.1F;        // of the least reach: how much farther it is found how near a square is
 
   /// Holds what is looked for.
   template <typename Visit>
@@ -94,7 +95,7 @@ class Neighbourhood {
     std::array<Near, kSize> near;
     std::size_t count = 0;
     float most = reach();
-    clear = most + kSoon;
+    clear = std::numeric_limits<float>::infinity();
     squares.each_near(place, clear, [&](std::size_t number, float least) noexcept {
       if (least < most)
         near[count++] = {least, static_cast<std::uint32_t>(number)};
@@ -156,7 +157,7 @@ class Neighbourhood {
     if (cut) return false;
     whole_ = true;
     list_.close();
-    if (list_.size() < kMost / 4) share_ = std::min(2 * share_, 1.0);  // four times as many are as near as twice as far
+    if (reach_ == begun_) share_ = std::min(2 * share_, 1.0);
     return true;
   }
   void add_slab(MicroTriangles& surface, SlabId s) noexcept {

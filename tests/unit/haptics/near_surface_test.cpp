@@ -327,28 +327,37 @@ TEST(Neighbourhood, CountsWhatALookTakes) {
   EXPECT_EQ(of_many.placed() - before, 128 / 8);
 }
 
-// Floats are too coarse for triangles that are many times as large as the distance that is asked about.
+// Also triangles that are many times as large as the distance that is asked about: of eight times as large ones only
+// those that may be near are looked at.
 TEST(Neighbourhood, FindsTrianglesFarLargerThanItsReach) {
   const SnapshotPtr model =
       displaced(testing::plane_shell(2, 4), [](Vec3d p) { return 0.5 + 0.1 * std::sin(5 * p.x) * std::cos(7 * p.z); });
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
-  const double least = 4e-3;
-  detail::Neighbourhood list;
-  const auto patches = std::make_unique<detail::Patches>();
-  MicroTriangles surface(*model);
-  for (int k = 0; k < 5000; ++k) {
-    const auto slab = static_cast<SlabId>(unit(random) * model->slab_mesh().slab_count());
-    const double u = unit(random);
-    const SurfacePoint on = surface_point(*model, slab, u, (1 - u) * unit(random));
-    const Vec3d p = on.position + on.normal * (least * (1 - 1e-4 * unit(random)));
-    list.gather(surface, p, least, 2 * least, 0, detail::kAnyWork);
-    ASSERT_TRUE(list.covers(p, least));
-    std::size_t found = 0, all = 0;
-    double reach2 = least * least;
-    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
-    detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle&) { ++all; });
-    ASSERT_EQ(found, all) << k;
+  constexpr int kLooks = 5000;
+  for (const double least : {4e-3, 1e-2}) {
+    detail::Neighbourhood list;
+    const auto patches = std::make_unique<detail::Patches>();
+    MicroTriangles surface(*model);
+    int placed = 0;
+    for (int k = 0; k < kLooks; ++k) {
+      const auto slab = static_cast<SlabId>(unit(random) * model->slab_mesh().slab_count());
+      const double u = unit(random);
+      const SurfacePoint on = surface_point(*model, slab, u, (1 - u) * unit(random));
+      const Vec3d p = on.position + on.normal * (least * (1 - 1e-4 * unit(random)));
+      list.gather(surface, p, least, 2 * least, 0, detail::kAnyWork);
+      ASSERT_TRUE(list.covers(p, least));
+      std::size_t found = 0, all = 0;
+      double reach2 = least * least;
+      const int before = surface.placed();
+      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
+      placed += surface.placed() - before;
+      detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle&) { ++all; });
+      ASSERT_EQ(found, all) << k;
+    }
+    if (least > 5e-3) {
+      EXPECT_LT(placed, 15 * kLooks);
+    }
   }
 }
 
