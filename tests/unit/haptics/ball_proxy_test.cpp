@@ -552,8 +552,7 @@ TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
       const Vec3d slid = (along * std::sin(turn) + other * std::sin(0.7 * turn)) * (0.1 * size);
       const Vec3d hand = p.position + p.normal * height + slid;
       ball.step(*model, hand, radius);
-      const bool waiting = ball.work() > detail::ball::kWork && ball.held() && ball.centre() == last &&
-                           length(hand - last) > 0.02 * radius;
+      const bool waiting = ball.held() && ball.centre() == last && length(hand - last) > 0.02 * radius;
       still = waiting ? still + 1 : 0;
       waits += waiting ? 1 : 0;
       longest = std::max(longest, still);
@@ -563,7 +562,7 @@ TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
   }
   EXPECT_GT(waits, 500) << "there is something to see";
   EXPECT_GT(dear, 10);
-  EXPECT_LE(longest, 10);
+  EXPECT_LE(longest, 8);
 }
 
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
@@ -657,46 +656,50 @@ TEST(BallProxy, DoesNotSlipRoundAFingerThatItIsPressedThrough) {
         ++pressed;
         lost += touches && dot(ball.way_out(), out) > 0 ? 0 : 1;
       }
-      // A hand that stops beside the finger may have the ball behind it still; one that goes on has not.
-      const Vec3d beside = {x, hand.y, 0.6};
-      lead(ball, *model, hand, beside, radius, 300);
-      int ticks = 0;
-      while (ball.held() && ticks < 2000) ball.step(*model, beside + Vec3d{0, 0, 1e-3 * ++ticks}, radius);
-      EXPECT_LT(ticks, 500) << x;
+      lead(ball, *model, hand, {x, hand.y, 0.6}, radius, 300);
+      EXPECT_FALSE(ball.held()) << x << ": once the hand is beside the finger";
     }
     EXPECT_GT(pressed, trembling > 0.002 ? 4'000 : 10'000);
     EXPECT_EQ(lost, 0) << trembling;
   }
 }
 
-/// All that it touches are edges and corners of triangles, beyond which is nothing.
+/// All that it touches are edges and corners of triangles, beyond which is nothing. It is not late there, but where
+/// it lands by a tick or two: on ground with thousands of triangles around, or as a ball larger than one may be.
 TEST(BallProxy, RestsOnTheRimOfAHoleAndOfASheet) {
-  const auto centre = [](Vec3d p) { return std::hypot(p.x - 0.5, p.z - 0.5); };
-  for (const int n : {8, 32}) {
+  struct Case {
+    int n;
+    double radius, hole;
+    int late;
+  };
+  for (const auto& [n, radius, hole, late] :
+       {Case{32, 0.03, 0.02, 0}, Case{128, 0.03, 0.02, 2}, Case{32, 0.07, 0.04, 0}, Case{128, 0.07, 0.04, 2},
+        Case{8, 0.15, 0.08, 0}, Case{8, 0.3, 0.08, 1}, Case{32, 0.15, 0.08, 1}, Case{32, 0.3, 0.08, 2}}) {
+    const auto centre = [](Vec3d p) { return std::hypot(p.x - 0.5, p.z - 0.5); };
     const SnapshotPtr plane = displaced(plane_shell(4, n), [](Vec3d) { return 0.5; });
-    const SnapshotPtr hole = testing::with_hole(plane, [&](Vec3d p) { return centre(p) < 0.08; }),
+    const SnapshotPtr pierced = testing::with_hole(plane, [&](Vec3d p) { return centre(p) < hole; }),
                       disc = testing::with_hole(plane, [&](Vec3d p) { return centre(p) > 0.2; });
-    for (const double aside : {0.0, 0.01, 0.023})
-      for (const double radius : {0.15, 0.3}) {
-        BallProxy over_hole, over_rim;
-        std::array<int, 2> late{};  // balls this large may be, for a few ticks, where they land
-        int longest = 0;
-        const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.75 + aside, 0, 0.55};
-        for (int k = 0; k <= 400; ++k) {
-          const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
-          const bool rests = over_hole.step(*hole, at + up, radius);
-          const bool hangs = over_rim.step(*disc, beyond + up, radius);
-          late = {rests != over_hole.held() ? late[0] + 1 : 0, hangs != over_rim.held() ? late[1] + 1 : 0};
-          longest = std::max({longest, late[0], late[1]});
-          if (hangs) {
-            EXPECT_LT(centre(over_rim.surface().position), 0.28);
-          }
+    for (const double aside : {0.0, 0.125 * hole, 0.3 * hole}) {
+      BallProxy over_hole, over_rim;
+      std::array<int, 2> waits{};
+      int longest = 0;
+      const double past_rim = std::min(0.05, 0.3 * radius);
+      const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.7 + past_rim, 0, 0.5};
+      for (int k = 0; k <= 400; ++k) {
+        const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
+        const bool rests = over_hole.step(*pierced, at + up, radius);
+        const bool hangs = over_rim.step(*disc, beyond + up, radius);
+        waits = {rests != over_hole.held() ? waits[0] + 1 : 0, hangs != over_rim.held() ? waits[1] + 1 : 0};
+        longest = std::max({longest, waits[0], waits[1]});
+        if (hangs) {
+          EXPECT_LT(centre(over_rim.surface().position), 0.24);
         }
-        EXPECT_LE(longest, 4) << n << " " << aside << " " << radius;
-        EXPECT_TRUE(over_hole.held());
-        EXPECT_GT(over_hole.centre().y, 0.6 * radius);
-        EXPECT_GT(centre(over_hole.surface().position), 0.04);
       }
+      EXPECT_LE(longest, late) << n << " " << aside << " " << radius;
+      EXPECT_TRUE(over_hole.held());
+      EXPECT_GT(over_hole.centre().y, 0.6 * radius);
+      EXPECT_GT(centre(over_hole.surface().position), 0.5 * hole);
+    }
   }
 }
 
