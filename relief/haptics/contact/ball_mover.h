@@ -152,8 +152,8 @@ struct Walls {
 
 /// Holds what a ball keeps, and what it works with in a tick.
 struct Room {
-  static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
-  Neighbourhood list;  ///< around where it looked last
+  static constexpr std::size_t kSpaces = std::size_t{3} * kMost;  // what is here, the walls, and what bars a try
+  Neighbourhood list;                                             ///< around where it looked last
   Patches patches;
   Stops stops;
   Walls walls;
