@@ -15,8 +15,7 @@
 
 namespace relief::detail::ball {
 
-constexpr int kMost = 48;         // micro-triangles that are minded at a time
-constexpr int kFew = 10;          // of those that the ball is in
+constexpr int kMost = 10;         // micro-triangles that are minded at a time
 constexpr double kSkin = 1e-3;    // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;   // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;    // of the radius: a step that is none
@@ -36,32 +35,20 @@ struct Around {
   std::array<NearTriangle, kMost> triangles;
   std::array<double, kMost> distance2;  ///< of each of them
   int count = 0, farthest = 0;
-  bool deep = false;           ///< the ball is in one of them
   double nearest = kAnywhere;  ///< of all; where there is none, they are no nearer than this
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
     return std::span(triangles).first(static_cast<std::size_t>(count));
   }
-  /// Where one is nearer than the root of deep2, a few are enough. `limit2`: what was looked for; comes down to the
-  /// farthest where there is no more room.
-  void add(const NearTriangle& t, double deep2, double& limit2) noexcept {
-    if (!deep && t.distance2 < deep2) {
-      deep = true;
-      find_farthest();
-    }
-    const int most = deep ? kFew : kMost;
-    const auto place = static_cast<std::size_t>(count < most ? count++ : farthest);
+  /// `limit2`: what was looked for; comes down to the farthest where there is no more room.
+  void add(const NearTriangle& t, double& limit2) noexcept {
+    const auto place = static_cast<std::size_t>(count < kMost ? count++ : farthest);
     triangles[place] = t;
     distance2[place] = t.distance2;
-    if (count < most) return;
-    find_farthest();
-    limit2 = distance2[static_cast<std::size_t>(farthest)];
-  }
-
- private:
-  void find_farthest() noexcept {
-    const auto all = std::span(distance2).first(static_cast<std::size_t>(count));
-    farthest = count > 0 ? static_cast<int>(std::ranges::max_element(all) - all.begin()) : 0;
+    if (count < kMost) return;
+    const auto most = std::ranges::max_element(distance2);
+    farthest = static_cast<int>(most - distance2.begin());
+    limit2 = *most;
   }
 };
 
@@ -165,14 +152,13 @@ struct Walls {
 
 /// Holds what a ball keeps, and what it works with in a tick.
 struct Room {
-  static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
-  Neighbourhood list;  ///< around where it looked last
+  static constexpr std::size_t kSpaces = std::size_t{3} * kMost;  // what is here, the walls, and what bars a try
+  Neighbourhood list;                                             ///< around where it looked last
   Patches patches;
   Stops stops;
   Walls walls;
   int look_work = 0;         ///< what the last look took at what is known
-  int list_work = 0;         ///< and what a list took of late
-  int waits = 0;             ///< for so many ticks it was left where it was
+  int waits = 0;             ///< for so many ticks it was left where it was, and the list went on in none of them
   SlabId nearest = kNoSlab;  ///< where to look first in free space
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
@@ -184,7 +170,7 @@ struct Room {
     patches.forget();
     stops.forget();
     walls.forget();
-    look_work = list_work = waits = 0;
+    look_work = waits = 0;
     nearest = kNoSlab;
     known = false;
   }
@@ -208,14 +194,16 @@ class Mover {
     if (!room.known)
       cut_ = blind_ = !look_at(centre_, radius + far, *here_, work);
     else if (far > 0)
-      look_far(radius + far);
-    at_start_ = searches_;
+      look_far(radius + far, work);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
     room_.known = !blind_;
-    room_.waits = cut_ && centre_ == start_ ? room_.waits + 1 : 0;
+    if (!(cut_ && centre_ == start_))
+      room_.waits = 0;
+    else if (!room_.list.goes_on())
+      ++room_.waits;
   }
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
@@ -290,11 +278,10 @@ class Mover {
       if (pushed) share_ = std::min(1.0, longest / wanted);
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
       // What takes too long waits for the next tick. One query is always made, so that each tick knows more than the
-      // last. Where that one found no more room, no new list is made.
+      // last.
       const int most = !arrived || within ? work : ahead;
-      const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
-      const bool may_be_cut = searches_ > before || (searches_ > at_start_ && !listed && may_wait);
-      way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : room_.list_work) > most;
+      const bool may_wait = searches_ > before || room_.waits < kMostWaits;
+      way.cut = searches_ > before && surface_.placed() + room_.look_work > most;
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
       tried_ = *step;
@@ -346,35 +333,32 @@ class Mover {
     return spaces().last(static_cast<std::size_t>(barring_));
   }
   /// Finds what is nearer to a place than the radius and the skin. Where there is nothing, finds up to which distance
-  /// there is none, at most `far`. `most` limits the work for a place that is only tried: the query ends once the ball
-  /// is barred there, or returns false at its budget and continues in the next call.
-  bool look_at(Vec3d at, double far, Around& found, std::optional<int> most = {}) noexcept {
+  /// there is none, at most `far`. It ends once the ball is barred there, or returns false where the tick has taken
+  /// `most`; it continues in the next call.
+  bool look_at(Vec3d at, double far, Around& found, int most) noexcept {
     ++searches_;
     const double near = this->near();
     found.count = 0;
-    found.deep = false;
-    Neighbourhood* list = known(at, near);
-    if (!list) {
-      const int before = surface_.placed();
+    if (!known(at, near)) {
       if (far > near) {
         found.nearest = clear_up_to(at, far);
         if (found.nearest > near) return true;
       }
-      list = learn(at, before);
+      if (!learn(at, most)) return false;
     }
+    Neighbourhood* const list = known(at, near);
     const int placed = surface_.placed();
     const std::uint32_t made = room_.patches.work();
-    const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
     int barring = 0;
     const auto add = [&](const NearTriangle& t) noexcept {
       surface_.add_placed(kTriangleWork);
-      found.add(t, deep2, reach2);
-      if (most && found.deep && bar(t) && ++barring == kFew) reach2 = 0;
+      found.add(t, reach2);
+      if (bar(t) && ++barring == kMost) reach2 = 0;
     };
     bool finished = true;
     if (list)
-      finished = list->visit_near(surface_, room_.patches, at, reach2, most.value_or(kAnyWork), add);
+      finished = list->visit_near(surface_, room_.patches, at, reach2, most, add);
     else
       visit_near(surface_, at, kFlat * radius_, reach2, add);
     room_.look_work = surface_.placed() - placed - static_cast<int>(room_.patches.work() - made);
@@ -388,20 +372,19 @@ class Mover {
     return finished;
   }
   /// Up to which distance there is nothing around the ball but what is known, at most `far`; as look_at().
-  void look_far(double far) noexcept {
+  void look_far(double far, int most) noexcept {
     ++searches_;
     if (here_->count > 0 || far <= near()) return;
-    const Neighbourhood* list = known(centre_, near());
-    if (!list) {
-      const int before = surface_.placed();
+    if (!known(centre_, near())) {
       const double clear = clear_up_to(centre_, far);
       if (clear > near()) {
         here_->nearest = clear;
         return;
       }
-      list = learn(centre_, before);
+      if (!learn(centre_, most)) return;
     }
-    if (list) here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
+    if (const Neighbourhood* const list = known(centre_, near()))
+      here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
   }
   /// Returns the same of a place in free space.
   [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
@@ -417,12 +400,9 @@ class Mover {
   [[nodiscard]] int patience() const noexcept {
     return static_cast<int>(std::min<double>(kAnyWork, std::ldexp(kWork, room_.waits)));
   }
-  /// Makes the list anew around a place; none where there is too much. `before`: what was placed when it was found that
-  /// what is near is not known.
-  [[nodiscard]] Neighbourhood* learn(Vec3d at, int before) noexcept {
-    room_.list.gather(surface_, at, near(), near() + radius_, kFlat * radius_);
-    room_.list_work = std::max(surface_.placed() - before, room_.list_work * 3 / 4);
-    return known(at, near());
+  /// Makes the list anew around a place, or returns that there is no time to in this tick.
+  [[nodiscard]] bool learn(Vec3d at, int most) noexcept {
+    return room_.list.gather(surface_, at, near(), near() + radius_, kFlat * radius_, most);
   }
   void mind(double share) noexcept {
     count_ = barring_ = 0;
@@ -485,7 +465,7 @@ class Mover {
   Vec3d start_, centre_, within_;
   double radius_;
   Around *here_, *there_, *from_start_, *from_within_;
-  int count_ = 0, searches_ = 0, at_start_ = 0;  ///< at_start_: searches before the ball goes anywhere
+  int count_ = 0, searches_ = 0;
   struct Bar {
     HalfSpace space;
     const NearTriangle* triangle;

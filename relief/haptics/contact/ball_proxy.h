@@ -100,7 +100,7 @@ class BallProxy {
   /// Finds where it touches: nowhere where it `flies`.
   void touch(MicroTriangles& surface, const detail::ball::Around& around, double radius, bool flies) noexcept;
 
-  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.1 MiB
+  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 1.6 MiB
   bool known_ = false, held_ = false, lost_ = false;
   bool settled_ = true;  ///< it has come to rest after the last change of the surface
   bool settling_ = false;

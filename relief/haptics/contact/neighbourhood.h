@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -17,38 +18,33 @@ namespace relief::detail {
 /// squares. Cost of a query: a few nanoseconds per square, about 60 for each one that may be near.
 class Neighbourhood {
  public:
-  /// Makes the list again, with a reach from `least` to `most`: the more squares there were in the last one, the less
-  /// far. Where there is no room for those within `least`, it covers nothing. `flat`: see visit_near(). Cost: some
-  /// fifty nanoseconds a square.
-  void gather(MicroTriangles& surface, Vec3d centre, double least, double most, double flat) noexcept {
-    list_.clear();
-    centre_ = centre;
-    flat_ = flat;
-    scale_ = 1 / least;
-    reach_ = least + (most - least) * share_;
-    surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(centre) < reach_ * reach_; },
-                              [&](SlabId s) {
-                                const Box3d box = surface_box(surface.model(), s);
-                                if (!(box.distance2(centre) < reach_ * reach_)) return false;
-                                surface.enter(s);
-                                NearSlab(surface, s, centre, flat)
-                                    .squares(reach_, 2 * least, scale_,
-                                             [&](const auto& at, const auto& sheets, std::size_t lane) {
-                                               if (list_.size() == kMost) drop_far(least, most);
-                                               if (reach_ > 0) list_.add(at, sheets, lane);
-                                             });
-                                return false;
-                              });
-    list_.close();
-    if (list_.size() < kMost / 4) share_ = std::min(2 * share_, 1.0);  // four times as many are as near as twice as far
+  /// Makes the list again, with a reach from `least` to `far`: twice as far beyond `least` as the last one, and half
+  /// as far as often as there is no room for all squares. Where there is none for those within `least`, it covers
+  /// nothing. `flat`: see visit_near(). Once more than `most` samples are placed it leaves the rest, covers nothing
+  /// yet, and returns false. The next call goes on from there, if what was begun reaches far enough around its centre.
+  /// Cost: some fifty nanoseconds a square.
+  bool gather(MicroTriangles& surface, Vec3d centre, double least, double far, double flat, int most) noexcept {
+    const bool begun = !whole_ && least == least_ && far == far_ && flat == flat_ && reach_around(centre) >= least;
+    if (!begun) begin(centre, least, far, flat);
+    const std::size_t known = slabs_;
+    if (!go_on(surface, most)) {
+      goes_on_ = begun && slabs_ > known;
+      return false;
+    }
+    if (!(reach_ > 0) || covers(centre, least)) return true;
+    begin(centre, least, far, flat);  // it had to be cut short while it was made
+    return go_on(surface, most);
   }
   void forget() noexcept {
     reach_ = 0;
     share_ = 1;
+    whole_ = true;
   }
+  /// The last call did not come to the end, but nearer to that of what was begun before.
+  [[nodiscard]] bool goes_on() const noexcept { return goes_on_ && !whole_; }
 
   /// Everything that is nearer to a place than this is in the list.
-  [[nodiscard]] double reach_at(Vec3d point) const noexcept { return reach_ * (1 - 1e-9) - length(point - centre_); }
+  [[nodiscard]] double reach_at(Vec3d point) const noexcept { return whole_ ? reach_around(point) : -1; }
   [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept { return reach_at(point) >= distance; }
   /// As visit_near(), for what is covered. Knows the triangles of a square from the patches. Once more than `most`
   /// samples are placed it leaves the rest, and returns false; what is known by then need not be found again.
@@ -69,10 +65,9 @@ class Neighbourhood {
   }
 
  private:
-  static constexpr std::size_t kMost = 512;   // squares
-  static constexpr std::size_t kScanned = 8;  // squares that are passed over in the time of a sample that is placed
+  static constexpr std::size_t kMost = 128;   // squares
+  static constexpr std::size_t kScanned = 8;  // squares or slabs that are passed over in a sample's time
   static constexpr int kVisited = 3;          // samples' time that one takes whose triangles may be near
-  static constexpr float kSoon = 0.1F;        // of the least reach: how much farther it is found how near a square is
 
   /// Holds what is looked for.
   template <typename Visit>
@@ -100,7 +95,7 @@ class Neighbourhood {
     std::array<Near, kSize> near;
     std::size_t count = 0;
     float most = reach();
-    clear = most + kSoon;
+    clear = std::numeric_limits<float>::infinity();
     squares.each_near(place, clear, [&](std::size_t number, float least) noexcept {
       if (least < most)
         near[count++] = {least, static_cast<std::uint32_t>(number)};
@@ -134,18 +129,68 @@ class Neighbourhood {
     }
     return End::All;
   }
+  void begin(Vec3d centre, double least, double far, double flat) noexcept {
+    list_.clear();
+    centre_ = centre;
+    least_ = least;
+    far_ = far;
+    flat_ = flat;
+    scale_ = 1 / least;
+    begun_ = reach_ = least + (far - least) * share_;
+    slabs_ = 0;
+    whole_ = false;
+  }
+  /// Returns whether it has come to the end.
+  bool go_on(MicroTriangles& surface, int most) noexcept {
+    const std::size_t known = slabs_;
+    std::size_t slab = 0;
+    const bool cut =
+        surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(centre_) < begun_ * begun_; },
+                                  [&](SlabId s) {
+                                    if (slab++ < slabs_) return false;
+                                    if (surface.placed() > most) return true;
+                                    ++slabs_;
+                                    if (reach_ > 0) add_slab(surface, s);
+                                    return false;
+                                  });
+    surface.add_placed(static_cast<int>(known / kScanned));
+    if (cut) return false;
+    whole_ = true;
+    list_.close();
+    if (reach_ == begun_) share_ = std::min(2 * share_, 1.0);
+    return true;
+  }
+  void add_slab(MicroTriangles& surface, SlabId s) noexcept {
+    surface.add_placed(1);
+    if (!(surface_box(surface.model(), s).distance2(centre_) < reach_ * reach_)) return;
+    surface.enter(s);
+    NearSlab(surface, s, centre_, flat_)
+        .squares(reach_, 2 * least_, scale_, [&](const auto& at, const auto& sheets, std::size_t lane) {
+          if (list_.size() == kMost) drop_far();
+          if (reach_ > 0) list_.add(at, sheets, lane);
+        });
+  }
   /// Makes room for more by a shorter reach, none where that is not enough.
-  void drop_far(double least, double most) noexcept {
+  void drop_far() noexcept {
     share_ *= 0.5;
-    reach_ = least + (most - least) * share_;
+    reach_ = least_ + (far_ - least_) * share_;
     list_.keep_near(static_cast<float>(reach_ * scale_));
-    if (list_.size() == kMost) forget();
+    if (list_.size() < kMost) return;
+    reach_ = 0;
+    share_ = 1;
+  }
+  [[nodiscard]] double reach_around(Vec3d point) const noexcept {
+    return reach_ * (1 - 1e-9) - length(point - centre_);
   }
 
   Vec3d centre_;
-  double reach_ = 0, scale_ = 1, share_ = 1,
-         flat_ = 0;         ///< share_: of the room between the reaches, of the next list at most
-  SquareList<kMost> list_;  ///< relative to the centre
+  double least_ = 0, far_ = 0, flat_ = 0, scale_ = 1;
+  double reach_ = 0, begun_ = 0;  ///< begun_: as it was before it was cut short
+  double share_ = 1;              ///< of what is between least and far, of the next list at most
+  std::size_t slabs_ = 0;         ///< that have been dealt with, of those in the reach it was begun with
+  bool whole_ = true;             ///< it has come to the end
+  bool goes_on_ = false;          ///< the last call has got on with what was begun before
+  SquareList<kMost> list_;        ///< relative to the centre
 };
 
 }  // namespace relief::detail

@@ -50,7 +50,7 @@ struct Plates {
 
 /// Says how near the triangles of four squares are to a place at least, by what was found at others; as Sheets.
 struct Clearances {
-  static constexpr float kUnknown = -1e9F, kRounding = 1e-5F, kRoundingFar = 1e-6F;
+  static constexpr float kUnknown = -1e9F, kRounding = 1e-6F;
   FourVectors from;                ///< the place, for each
   Four clear = Four{} + kUnknown;  ///< they were no nearer to it than this,
   Four far{};                      ///< and their centre so far from it
@@ -68,7 +68,7 @@ struct Clearances {
     const Four way = root(dot(by, by)), nearest = least(far, centre_far) - wide;
     const Four nearer = nearest > 0 ? far - centre_far + wide * way / nearest : way;
     const float rounded = std::abs(place.x) + std::abs(place.y) + std::abs(place.z);
-    return clear - least(way, nearer) - (kRounding + kRoundingFar * (centre_far + rounded));
+    return clear - least(way, nearer) - kRounding * (1 + centre_far + rounded);
   }
 };
 
@@ -215,8 +215,9 @@ class Patch {
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
   // Squared area, up to which a triangle's plane is not known: below it floats lose digits.
   static constexpr float kSliver = std::numeric_limits<float>::min();
-  static constexpr float kLargest = 1;  // radius, up to which floats are fine enough
-  static constexpr float kFar2 = 2500;  // squared distance from the origin, up to which floats are fine enough
+  // Squared radius, and distance from the origin, up to which floats are fine enough: 50 times their rounding, some
+  // four times over, is what the bounds leave for it.
+  static constexpr float kFar2 = 2500;
   static_assert(SampleBounds::kSide == kLanes);
 
   void bound_all(MicroTriangles& surface) noexcept {
@@ -299,7 +300,7 @@ class Patch {
       const std::uint32_t cells = samples_.triangles[across] >> k;
       const unsigned there = (cells & 3U) | (cells >> Samples::kRow & 3U) << 2U;
       // Floats are too coarse for a large one, and for one at the far end of a cliff.
-      const FourMask coarse = (discs.radius >= kLargest) | (dot(discs.middle, discs.middle) > kFar2);
+      const FourMask coarse = (discs.radius * discs.radius > kFar2) | (dot(discs.middle, discs.middle) > kFar2);
       for (unsigned large = bits_of(coarse) & there; large != 0; large &= large - 1)
         discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
       for (unsigned none_there = ~there & 15U; none_there != 0; none_there &= none_there - 1)
@@ -340,7 +341,7 @@ class Patch {
     }
     quarters_.off = (high - low) * 0.5F + Sheets::kRounding;
     quarters_.discs = {middle + normal * ((high + low) * 0.5F), normal, root(far2)};
-    const FourMask coarse = (far2 >= kLargest * kLargest) | (dot(middle, middle) > kFar2);
+    const FourMask coarse = (far2 > kFar2) | (dot(middle, middle) > kFar2);
     for (unsigned large = bits_of(coarse); large != 0; large &= large - 1)
       quarters_.discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
   }
@@ -409,7 +410,7 @@ class Recent {
 /// Cost: a few nanoseconds for what was queried of late, some three hundred for another, and a thousand where its
 /// samples are not in the cache.
 struct Patches {
-  Recent<Patch, 128> patches;
+  Recent<Patch, 32> patches;
   /// The parts of a block may be blocks too; those never take its place.
   [[nodiscard]] Block& block(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale,
                              double flat) noexcept {

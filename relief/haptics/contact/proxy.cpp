@@ -1,5 +1,6 @@
 #include <relief/core/near_surface.h>
 #include <relief/core/sweep.h>
+#include <relief/haptics/contact/leading_normal.h>
 #include <relief/haptics/contact/proxy.h>
 
 #include <algorithm>
@@ -16,40 +17,6 @@ using detail::kAnywhere;
 
 constexpr double kClearWays = 16;  // ways like the last one for which a clear ball is looked for
 constexpr int kClearSamples = 64;  // that may be placed to find one
-constexpr double kFacing = 0.5;    // cosine from a normal to the way out, at least: so much of its force pushes out
-
-/// Returns the interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest
-/// place stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from
-/// the normal at the place than the way out does.
-Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& normals, Vec3d normal,
-                     Vec3d goal) noexcept {
-  const auto& [a, b, c] = place.triangle.positions;
-  const Vec3d area = place.triangle.area(), out = place.position - goal;
-  const double area2 = dot(area, area), height = dot(out, area), depth2 = dot(out, out);
-  if (!(height > 0)) return normal;
-  // The weights of b and c grow along these.
-  const Vec3d to_b = cross(c - a, area) / area2, to_c = cross(area, b - a) / area2;
-  const Vec3d by_b = normals[1] - normals[0], by_c = normals[2] - normals[0], start = goal - a;
-  Vec3d n = normal;
-  for (int step = 0; step < 2; ++step) {
-    const double along = dot(n, area);
-    if (!(along > 0)) return normal;
-    const Vec3d p = start + n * (height / along);  // in the plane of the triangle
-    n = normals[0] + by_b * dot(p, to_b) + by_c * dot(p, to_c);
-  }
-  n = normalized(n);
-  const double turn2 = distance2(n, normal), most2 = distance2(out / std::sqrt(depth2), normal);
-  return turn2 <= most2 ? n : normalized(normal + (n - normal) * std::sqrt(most2 / turn2));
-}
-
-/// Returns a normal, led towards the way out where it does not face it. All are unit.
-Vec3d facing(Vec3d way_out, Vec3d normal) noexcept {
-  const double cosine = dot(normal, way_out);
-  if (cosine >= kFacing) return normal;
-  const Vec3d aside = normal - way_out * cosine;
-  const double size = length(aside);
-  return size > 0 ? way_out * kFacing + aside * (std::sqrt(1 - kFacing * kFacing) / size) : way_out;
-}
 
 }  // namespace
 
@@ -272,7 +239,8 @@ SurfacePoint Proxy::surface(const Snapshot& model) noexcept {
 Proxy::Description Proxy::describe(const Snapshot& model) noexcept {
   Description now;
   now.surface = surface(model);
-  const Vec3d leading = facing(way_out_, leading_normal(place_, normals_.normals, now.surface.normal, last_));
+  const Vec3d leading =
+      detail::facing(way_out_, detail::leading_normal(place_, normals_.normals, now.surface.normal, last_));
   // What is felt changes by no more than the point may go, in depth and direction together.
   const double may = detail::budget(travel_, depth()), deeper = depth() - described_;
   now.turn = fresh_ || !(depth() > 0) ? kAnywhere : std::sqrt(std::max(0.0, may * may - deeper * deeper)) / depth();

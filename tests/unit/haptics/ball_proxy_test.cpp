@@ -95,11 +95,25 @@ TEST(HalfSpaces, OppositePlanesButForRoundingMeetNowhere) {
     const auto found = detail::nearest_in(spaces, {}, 1e-9);
     EXPECT_FALSE(found) << off << ": " << (found ? length(*found) : 0);
   }
-  // A third plane along the line of two others, but for rounding, is no end of it.
-  detail::HalfSpace spaces[] = {{{0, 1, 0}, 1e-3}, {{1, 0, 0}, 1e-3}, {{0.6, 0.8, 1e-16}, 0.0014 - 1e-17}};
-  const auto found = detail::nearest_in(spaces, {}, 1e-9);
+  // Nearly so, but for no rounding, they meet.
+  detail::HalfSpace open[] = {{{0, 1, 0}, 1e-9}, {{-1e-8, -1, 0}, -0.5e-9}};
+  const auto there = detail::nearest_in(open, {}, 1e-12);
+  ASSERT_TRUE(there);
+  EXPECT_NEAR(there->x, -0.05, 1e-6);
+}
+
+/// Two planes meet in a line, which a third one leaves no room for: along the line, but for rounding, it does so
+/// everywhere; across it, be it at the smallest angle, only up to a place.
+TEST(HalfSpaces, APlaneAlongTheLineOfTwoOthersHasNoEndOnIt) {
+  const auto nearest = [](double tilt) {
+    detail::HalfSpace spaces[] = {{{0, 1, 0}, 1}, {{1, 0, 0}, 0.9 + 2e-9}, {{-0.6, -0.8, tilt}, -0.6 * 0.9 - 0.8}};
+    return detail::nearest_in(spaces, {5, 5, 0}, 1e-9);
+  };
+  EXPECT_FALSE(nearest(1e-16));
+  EXPECT_FALSE(nearest(-1e-16));
+  const auto found = nearest(1e-9);
   ASSERT_TRUE(found);
-  EXPECT_LT(length(*found), 2e-3);
+  EXPECT_NEAR(found->z, 1.2, 1e-3);
 }
 
 TEST(BallMover, ARidgeIsNoBackForRoundingsSake) {
@@ -140,7 +154,7 @@ TEST(BallMover, AStepIsCountedWithItsPlanesAndTheTrianglesThatItFinds) {
   go(to, from);  // so that all is known
   detail::Neighbourhood list;
   const auto patches = std::make_unique<detail::Patches>();
-  list.gather(surface, to, near, near + radius, flat);
+  list.gather(surface, to, near, near + radius, flat, detail::kAnyWork);
   int look = 0, found = 0;
   for (int k = 0; k < 2; ++k) {  // the second time the patches are known, as they are for the step
     const int before = surface.placed();
@@ -348,6 +362,39 @@ TEST(BallProxy, NoTickTakesLong) {
   EXPECT_LT(share_of(1), 5500);
 }
 
+/// Thousands of slabs are near the largest ball, or thousands of rough squares: what is near is found over several
+/// ticks, the first time too, and is known then. It lands in time all the same.
+TEST(BallProxy, NoTickTakesLongWhereThereIsFarMoreThanATickHasTimeFor) {
+  struct Ground {
+    int cells, n;
+    double rough;
+    int first, most;  ///< the tick in which it touches, and the work of a tick
+  };
+  for (const auto& [cells, n, rough, first, most] : {Ground{128, 2, 0, 334, 2500}, Ground{64, 32, 0.05, 241, 3000}}) {
+    const SnapshotPtr model = displaced(
+        plane_shell(cells, n), [&](Vec3d p) { return 0.5 + rough * std::sin(900 * p.x) * std::cos(700 * p.z); });
+    const double radius = BallRange::kMost * std::sqrt(2);
+    BallProxy ball;
+    int longest = 0, touched = 0;
+    for (int k = 0; k <= 1500; ++k) {
+      const double height = radius * std::max(0.9, 1.5 - 0.0015 * k), along = 1e-4 * std::max(0, k - 400);
+      touched += ball.step(*model, {0.5 + along, height, 0.5}, radius) ? 1 : 0;
+      longest = std::max(longest, ball.work());
+      if (height < 0.99 * radius) {
+        EXPECT_NEAR(ball.centre().y, radius + 0.2 * rough, 5e-3 * radius) << k;
+      }
+    }
+    EXPECT_NEAR(touched, 1501 - first, 2);
+    EXPECT_LT(longest, most);
+  }
+}
+
+/// All that a ball keeps: many ticks' worth of a core's cache.
+TEST(BallProxy, KeepsOneAndAHalfMegabytes) {
+  EXPECT_LT(sizeof(detail::ball::Room), std::size_t{1650} << 10U);
+  EXPECT_LT(sizeof(detail::ball::Room) - sizeof(detail::Patches), std::size_t{32} << 10U);
+}
+
 /// Pressed in by as much as its radius and leaning to and fro, it seldom sees in a tick where it would come to rest; it
 /// goes along with the hand in what is left of the same tick.
 TEST(BallProxy, LooksAheadAndGoesAlongInOneTick) {
@@ -505,8 +552,7 @@ TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
       const Vec3d slid = (along * std::sin(turn) + other * std::sin(0.7 * turn)) * (0.1 * size);
       const Vec3d hand = p.position + p.normal * height + slid;
       ball.step(*model, hand, radius);
-      const bool waiting = ball.work() > detail::ball::kWork && ball.held() && ball.centre() == last &&
-                           length(hand - last) > 0.02 * radius;
+      const bool waiting = ball.held() && ball.centre() == last && length(hand - last) > 0.02 * radius;
       still = waiting ? still + 1 : 0;
       waits += waiting ? 1 : 0;
       longest = std::max(longest, still);
@@ -516,7 +562,7 @@ TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
   }
   EXPECT_GT(waits, 500) << "there is something to see";
   EXPECT_GT(dear, 10);
-  EXPECT_LE(longest, 10);
+  EXPECT_LE(longest, 8);
 }
 
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
@@ -610,46 +656,50 @@ TEST(BallProxy, DoesNotSlipRoundAFingerThatItIsPressedThrough) {
         ++pressed;
         lost += touches && dot(ball.way_out(), out) > 0 ? 0 : 1;
       }
-      // A hand that stops beside the finger may have the ball behind it still; one that goes on has not.
-      const Vec3d beside = {x, hand.y, 0.6};
-      lead(ball, *model, hand, beside, radius, 300);
-      int ticks = 0;
-      while (ball.held() && ticks < 2000) ball.step(*model, beside + Vec3d{0, 0, 1e-3 * ++ticks}, radius);
-      EXPECT_LT(ticks, 500) << x;
+      lead(ball, *model, hand, {x, hand.y, 0.6}, radius, 300);
+      EXPECT_FALSE(ball.held()) << x << ": once the hand is beside the finger";
     }
     EXPECT_GT(pressed, trembling > 0.002 ? 4'000 : 10'000);
     EXPECT_EQ(lost, 0) << trembling;
   }
 }
 
-/// All that it touches are edges and corners of triangles, beyond which is nothing.
+/// All that it touches are edges and corners of triangles, beyond which is nothing. It is not late there, but where
+/// it lands by a tick or two: on ground with thousands of triangles around, or as a ball larger than one may be.
 TEST(BallProxy, RestsOnTheRimOfAHoleAndOfASheet) {
-  const auto centre = [](Vec3d p) { return std::hypot(p.x - 0.5, p.z - 0.5); };
-  for (const int n : {8, 32}) {
+  struct Case {
+    int n;
+    double radius, hole;
+    int late;
+  };
+  for (const auto& [n, radius, hole, late] :
+       {Case{32, 0.03, 0.02, 0}, Case{128, 0.03, 0.02, 2}, Case{32, 0.07, 0.04, 0}, Case{128, 0.07, 0.04, 2},
+        Case{8, 0.15, 0.08, 0}, Case{8, 0.3, 0.08, 1}, Case{32, 0.15, 0.08, 1}, Case{32, 0.3, 0.08, 2}}) {
+    const auto centre = [](Vec3d p) { return std::hypot(p.x - 0.5, p.z - 0.5); };
     const SnapshotPtr plane = displaced(plane_shell(4, n), [](Vec3d) { return 0.5; });
-    const SnapshotPtr hole = testing::with_hole(plane, [&](Vec3d p) { return centre(p) < 0.08; }),
+    const SnapshotPtr pierced = testing::with_hole(plane, [&](Vec3d p) { return centre(p) < hole; }),
                       disc = testing::with_hole(plane, [&](Vec3d p) { return centre(p) > 0.2; });
-    for (const double aside : {0.0, 0.01, 0.023})
-      for (const double radius : {0.15, 0.3}) {
-        BallProxy over_hole, over_rim;
-        std::array<int, 2> late{};  // balls this large may be, for a few ticks, where they land
-        int longest = 0;
-        const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.75 + aside, 0, 0.55};
-        for (int k = 0; k <= 400; ++k) {
-          const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
-          const bool rests = over_hole.step(*hole, at + up, radius);
-          const bool hangs = over_rim.step(*disc, beyond + up, radius);
-          late = {rests != over_hole.held() ? late[0] + 1 : 0, hangs != over_rim.held() ? late[1] + 1 : 0};
-          longest = std::max({longest, late[0], late[1]});
-          if (hangs) {
-            EXPECT_LT(centre(over_rim.surface().position), 0.28);
-          }
+    for (const double aside : {0.0, 0.125 * hole, 0.3 * hole}) {
+      BallProxy over_hole, over_rim;
+      std::array<int, 2> waits{};
+      int longest = 0;
+      const double past_rim = std::min(0.05, 0.3 * radius);
+      const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.7 + past_rim, 0, 0.5};
+      for (int k = 0; k <= 400; ++k) {
+        const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
+        const bool rests = over_hole.step(*pierced, at + up, radius);
+        const bool hangs = over_rim.step(*disc, beyond + up, radius);
+        waits = {rests != over_hole.held() ? waits[0] + 1 : 0, hangs != over_rim.held() ? waits[1] + 1 : 0};
+        longest = std::max({longest, waits[0], waits[1]});
+        if (hangs) {
+          EXPECT_LT(centre(over_rim.surface().position), 0.24);
         }
-        EXPECT_LE(longest, 4) << n << " " << aside << " " << radius;
-        EXPECT_TRUE(over_hole.held());
-        EXPECT_GT(over_hole.centre().y, 0.6 * radius);
-        EXPECT_GT(centre(over_hole.surface().position), 0.04);
       }
+      EXPECT_LE(longest, late) << n << " " << aside << " " << radius;
+      EXPECT_TRUE(over_hole.held());
+      EXPECT_GT(over_hole.centre().y, 0.6 * radius);
+      EXPECT_GT(centre(over_hole.surface().position), 0.5 * hole);
+    }
   }
 }
 

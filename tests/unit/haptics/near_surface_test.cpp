@@ -210,7 +210,7 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
       const double least = k % 5 == 0 ? 0.3 : k % 3 == 0 ? 0.05 : 0.02 + 0.1 * std::abs(unit(random));
       const double flat = k % 2 == 0 ? 0 : 1e-3;
       MicroTriangles surface(*model);
-      list.gather(surface, centre, least, 2 * least, flat);
+      list.gather(surface, centre, least, 2 * least, flat, detail::kAnyWork);
       for (int look = 0; look < 10; ++look) {
         const Vec3d p = centre + aside() * least;
         const double reach = least * (0.3 + 0.7 * std::abs(unit(random)));
@@ -252,6 +252,48 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   EXPECT_GT(halves, 100U);
 }
 
+// For which there is no time in one call, of a hand that moves on meanwhile.
+TEST(Neighbourhood, MadeALittleAtATimeItIsWholeInTheEnd) {
+  // The second is so fine that the list is cut short on the way.
+  for (const SnapshotPtr& model :
+       {displaced(torus_shell(48, 24, 16), rough), displaced(torus_shell(24, 12, 64), rough)}) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+    detail::Neighbourhood list;
+    const auto patches = std::make_unique<detail::Patches>();
+    std::size_t parts = 0, found_in_all = 0;
+    for (int k = 0; k < 60; ++k) {
+      const double least = k % 3 == 0 ? 0.2 : 0.05;
+      Vec3d p = closest_point(*model, any() * 3.0).position + any() * (0.3 * least);
+      MicroTriangles surface(*model);
+      constexpr int kTime = 20, kOneSlab = 400;
+      for (bool whole = false; !whole; ++parts) {
+        p += any() * (1e-5 * least);
+        const int before = surface.placed();
+        whole = list.gather(surface, p, least, 2 * least, 0, before + kTime);
+        ASSERT_LE(surface.placed() - before, kTime + kOneSlab);
+        ASSERT_TRUE(whole || !list.covers(p, 0.1 * least));
+      }
+      const double reach = 0.9 * least;
+      if (!list.covers(p, reach)) continue;  // there is no room
+      std::set<Key> found, all;
+      double reach2 = reach * reach;
+      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                      [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
+      detail::visit_near(surface, p, 0, reach2,
+                         [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+      EXPECT_EQ(found, all);
+      found_in_all += found.size();
+      // What is forgotten is not gone on with.
+      static_cast<void>(list.gather(surface, any() * 3.0, least, 2 * least, 0, surface.placed() + kTime));
+      list.forget();
+    }
+    EXPECT_GT(parts, 180U) << "of 60 lists";
+    EXPECT_GT(found_in_all, 1000U);
+  }
+}
+
 // The unit is a sample that is placed: a square that is looked into is as long as three, and each of its triangles as
 // one.
 TEST(Neighbourhood, CountsWhatALookTakes) {
@@ -261,7 +303,7 @@ TEST(Neighbourhood, CountsWhatALookTakes) {
   const auto patches = std::make_unique<detail::Patches>();
   const Vec3d p = {0.3, 0.07, 0.3};
   const double reach = 5;  // all of both slabs, each of one square with 16 triangles
-  list.gather(surface, p, reach, 2 * reach, 0);
+  list.gather(surface, p, reach, 2 * reach, 0, detail::kAnyWork);
   int found = 0;
   std::array<int, 2> placed{};
   for (int& look : placed) {
@@ -278,35 +320,44 @@ TEST(Neighbourhood, CountsWhatALookTakes) {
   // Eight squares that are passed over are as one.
   const SnapshotPtr many = displaced(testing::plane_shell(8, 4), [](Vec3d at) { return 0.5 + 0.1 * at.x; });
   MicroTriangles of_many(*many);
-  list.gather(of_many, p, reach, 2 * reach, 0);
+  list.gather(of_many, p, reach, 2 * reach, 0, detail::kAnyWork);
   const int before = of_many.placed();
   double reach2 = 1e-12;
   list.visit_near(of_many, *patches, p + Vec3d{0, 1, 0}, reach2, detail::kAnyWork, [](const detail::NearTriangle&) {});
   EXPECT_EQ(of_many.placed() - before, 128 / 8);
 }
 
-// Floats are too coarse for triangles that are many times as large as the distance that is asked about.
+// Also triangles that are many times as large as the distance that is asked about: of eight times as large ones only
+// those that may be near are looked at.
 TEST(Neighbourhood, FindsTrianglesFarLargerThanItsReach) {
   const SnapshotPtr model =
       displaced(testing::plane_shell(2, 4), [](Vec3d p) { return 0.5 + 0.1 * std::sin(5 * p.x) * std::cos(7 * p.z); });
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
-  const double least = 4e-3;
-  detail::Neighbourhood list;
-  const auto patches = std::make_unique<detail::Patches>();
-  MicroTriangles surface(*model);
-  for (int k = 0; k < 5000; ++k) {
-    const auto slab = static_cast<SlabId>(unit(random) * model->slab_mesh().slab_count());
-    const double u = unit(random);
-    const SurfacePoint on = surface_point(*model, slab, u, (1 - u) * unit(random));
-    const Vec3d p = on.position + on.normal * (least * (1 - 1e-4 * unit(random)));
-    list.gather(surface, p, least, 2 * least, 0);
-    ASSERT_TRUE(list.covers(p, least));
-    std::size_t found = 0, all = 0;
-    double reach2 = least * least;
-    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
-    detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle&) { ++all; });
-    ASSERT_EQ(found, all) << k;
+  constexpr int kLooks = 5000;
+  for (const double least : {4e-3, 1e-2}) {
+    detail::Neighbourhood list;
+    const auto patches = std::make_unique<detail::Patches>();
+    MicroTriangles surface(*model);
+    int placed = 0;
+    for (int k = 0; k < kLooks; ++k) {
+      const auto slab = static_cast<SlabId>(unit(random) * model->slab_mesh().slab_count());
+      const double u = unit(random);
+      const SurfacePoint on = surface_point(*model, slab, u, (1 - u) * unit(random));
+      const Vec3d p = on.position + on.normal * (least * (1 - 1e-4 * unit(random)));
+      list.gather(surface, p, least, 2 * least, 0, detail::kAnyWork);
+      ASSERT_TRUE(list.covers(p, least));
+      std::size_t found = 0, all = 0;
+      double reach2 = least * least;
+      const int before = surface.placed();
+      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
+      placed += surface.placed() - before;
+      detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle&) { ++all; });
+      ASSERT_EQ(found, all) << k;
+    }
+    if (least > 5e-3) {
+      EXPECT_LT(placed, 15 * kLooks);
+    }
   }
 }
 
@@ -323,7 +374,7 @@ TEST(Neighbourhood, LooksIntoFewSquaresAgain) {
   constexpr int kLooks = 400;
   for (int k = 0; k < kLooks; ++k) {
     const Vec3d p = at.position + at.normal * (0.99 * least) + Vec3d{0.7, 0, 0.5} * (0.01 * least * (k + 1));
-    if (!list.covers(p, least)) list.gather(surface, p, least, 2 * least, 0);
+    if (!list.covers(p, least)) list.gather(surface, p, least, 2 * least, 0, detail::kAnyWork);
     const int before = surface.placed();
     double reach2 = least * least;
     list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [](const detail::NearTriangle&) {});
@@ -350,7 +401,7 @@ TEST(Neighbourhood, KnowsOnAWalkWhatIsNear) {
       Vec3d p = at.position + at.normal * (1.1 * least);
       for (int k = 0; k < 60; ++k) {
         p += any() * ((k % 10 == 0 ? 0.2 : 0.01) * least) - at.normal * (0.004 * least);
-        if (!list->covers(p, least)) list->gather(surface, p, least, 2 * least, 0);
+        if (!list->covers(p, least)) list->gather(surface, p, least, 2 * least, 0, detail::kAnyWork);
         if (!list->covers(p, least)) continue;
         std::set<Key> found, all;
         double reach2 = least * least;
@@ -397,7 +448,7 @@ TEST(Neighbourhood, KnowsBothEndsOfACliff) {
       const double x = (foot ? 64 + unit(random) : 66.5 + unit(random)) * cell;
       const double y = (foot ? 0.02 : 0.98) + radius * (foot ? 1.0005 + 5e-4 * unit(random) : 0.95);
       const Vec3d p = along * x + out * y + aside * z;
-      list.gather(surface, p, reach, 2 * reach, 0);
+      list.gather(surface, p, reach, 2 * reach, 0, detail::kAnyWork);
       if (!list.covers(p, reach)) continue;
       std::set<Key> found, all;
       double reach2 = reach * reach;
