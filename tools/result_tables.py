@@ -212,7 +212,7 @@ def clay_detail(rows):
     """What stands beside some of the figures."""
     shown = [("clay below, least of a default conversion's fibres", ("one in ten", "median", "share under 2 %"), "%"),
              ("clay above, least of a default conversion's fibres", ("one in ten", "median", "share under 2 %"), "%"),
-             ("ball of 0.5 % of the diagonal, rms of its depth, the worst place", ("places", "told"), ""),
+             ("ball of 0.5 % of the diagonal, places over 5 % of its depth off, told ones included", ("places", "told"), ""),
              *((f"cut of {depth} % of the diagonal, places not reached", ("places", "of these not told"), "") for depth in (5, 9))]
     surfaces = list(dict.fromkeys(row["on"] for row in rows if row["figure"] == shown[0][0]))
     of = {(row["figure"], row["on"]): row for row in rows}
