@@ -128,7 +128,7 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   settings.make_room = [&](const SnapshotPtr&, const RoomWanted& wanted, const Progress&) -> Result<Room> {
     ++asked;
     EXPECT_FALSE(wanted.cut.empty());
-    return Room{.model = nullptr, .lacking = 7};
+    return Room{.model = nullptr, .lacking = 7, .overhang = 0.25, .folded = 3};
   };
   Document document(ball(), std::move(settings));
   post(document, deep_tap(0.35));
@@ -141,10 +141,14 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   ASSERT_GE(events.of<RoomEnded>().size(), 1U);
   EXPECT_EQ(events.of<RoomEnded>()[0].fibres, 0U);
   EXPECT_EQ(events.of<RoomEnded>()[0].lacking, 7U);
+  EXPECT_EQ(events.of<RoomEnded>()[0].overhang, 0.25);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "an undercut is told with the stroke";
+  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 3U);
   // A stroke that has enough asks nobody.
   post(document, stroke_over_ball(0));
   document.settle();
   EXPECT_LE(asked, 2);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0);
 }
 
 TEST(RoomUnderAStroke, CanBeCancelled) {

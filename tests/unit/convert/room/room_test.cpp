@@ -252,6 +252,15 @@ TEST(Room, SaysHowFarFibresHangOver) {
   const auto [made, next] = make(model, place.cut());
   EXPECT_GT(made.overhang_after, 0);
   EXPECT_GE(made.overhang_after, made.overhang_before);
+  // Whoever asked is told, where it is more than a place may miss its tool by.
+  const Result<Room> told = room_maker(kDiagonal)(model, place.cut(), {});
+  ASSERT_TRUE(told);
+  EXPECT_GT(made.overhang_after, Room::kLeastOverhang * kDiagonal);
+  EXPECT_EQ(told->overhang, made.overhang_after);
+  EXPECT_EQ(told->folded, made.folded);
+  const Result<Room> upright = room_maker(kDiagonal)(bumpy_ball(), place_at(*bumpy_ball(), 17, 0.3, 0.01).cut(), {});
+  ASSERT_TRUE(upright);
+  EXPECT_EQ(upright->overhang, 0);
 }
 
 TEST(Room, IsMadeBelowASurfaceThatHasRunOut) {
