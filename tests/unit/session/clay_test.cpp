@@ -131,6 +131,8 @@ TEST_P(Clay, ASmallBallIsCutOrTold) {
 /// Ten times a cut in one place, each deeper than the last, and after each the command that makes room and detail where
 /// samples stand at the ends of their fibres. What lies away from it keeps its bits.
 TEST_P(Clay, TenRoundsOfCarvingAndRefiningLeaveAllElseToTheBit) {
+  if (GetParam().file == "a_models/head_lps.ply" && std::getenv("RELIEF_SOAK") == nullptr)
+    GTEST_SKIP() << "skipped: most of its fibres have little clay, so each round takes long; ./dev soak runs it";
   const SnapshotPtr before = model_.head;
   const double radius = 0.02 * diagonal_;
   const testing::Tap tap = taps_->next(radius, 0.25 * radius);
