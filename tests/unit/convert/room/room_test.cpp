@@ -567,6 +567,54 @@ TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
   }
 }
 
+// Openings come from the surface that is converted, layers from the nearest place of the old one.
+TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
+  ConvertSettings settings;
+  settings.slabs = 80;
+  settings.intervals = 16;
+  const Result<Conversion> converted = convert(*make_sample("torus", 6000), settings);
+  ASSERT_TRUE(converted) << converted.error().message;
+  Model model = converted->model;
+  const double diagonal = model.info.source_diagonal;
+  const Vec3d rim = closest_point(*model.head, surface_point(*model.head, 20, 0.3, 0.3).position).position;
+  const auto is_open = [&](Vec3d p, double radius) { return length(p - rim) < radius * diagonal; };
+  const auto field = [&](Vec3d p) { return 0.5 + 0.4 * std::sin(6 * p.x / diagonal) * std::cos(5 * p.y / diagonal); };
+  SnapshotDraft draft(testing::with_hole(model.head, [&](Vec3d p) { return is_open(p, 0.08); }));
+  draft.add_layer(Layer::Mask, 16, 0);
+  for (SlabId s = 0; s < draft.base().slab_mesh().slab_count(); ++s) {
+    Tile& tile = draft.edit(Layer::Mask, s);
+    for (int j = 0; j <= 16; ++j)
+      for (int i = 0; i + j <= 16; ++i)
+        tile.set(0, sample_index(16, {i, j}),
+                 static_cast<float>(field(surface_point(draft.base(), s, i / 16.0, j / 16.0).position)));
+  }
+  model.head = draft.finish();
+  ASSERT_TRUE(validate(*model.head));
+  const Result<Refined> refined = refine(model, RefineWhere::Model);
+  ASSERT_TRUE(refined) << refined.error().message;
+  const Snapshot& after = *refined->model.head;
+  EXPECT_TRUE(validate(after));
+  ASSERT_TRUE(after.has(Layer::Mask));
+  ASSERT_TRUE(after.has(Layer::Void)) << "the opening is one still";
+  std::size_t holes = 0, looked = 0;
+  for (SlabId s = 0; s < after.slab_mesh().slab_count(); ++s)
+    for (const double u : {0.1, 0.3, 0.6})
+      for (const double v : {0.1, 0.35}) {
+        const SurfacePoint p = surface_point(after, s, u, v);
+        const double from = length(p.position - rim) / diagonal;
+        if (from < 0.06) {
+          EXPECT_TRUE(hole_at(after, s, u, v)) << from;
+          ++holes;
+        } else if (from > 0.12) {
+          EXPECT_FALSE(hole_at(after, s, u, v)) << from;
+          EXPECT_NEAR(layer_at(after, Layer::Mask, s, u, v, 0), field(p.position), 0.03);
+          ++looked;
+        }
+      }
+  std::printf("%zu places in the opening, %zu outside\n", holes, looked);
+  EXPECT_GT(looked, 300U);
+}
+
 // Leaning fibres and large slabs: what is not told is reached.
 TEST(Room, IsMadeInAConvertedModelOrTold) {
   ConvertSettings settings;
