@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string_view>
 #include <vector>
 
@@ -22,7 +23,9 @@ std::string goal_text(const ordered_json& figure) {
 
 std::string value_text(const ordered_json& figure) {
   const double value = figure["value"].get<double>();
-  return figure["unit"] == "bytes" ? fmt::format("{:.0f}", value) : fmt::format("{:.2f}", value);
+  if (figure["unit"] == "bytes") return fmt::format("{:.0f}", value);
+  const bool is_tiny = value != 0 && std::abs(value) < 0.005;
+  return is_tiny ? fmt::format("{:.1e}", value) : fmt::format("{:.2f}", value);
 }
 
 std::string percentiles_text(const ordered_json& figure) {

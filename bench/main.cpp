@@ -1,4 +1,5 @@
 // relief-bench: measures this build on this machine. Every figure is thread CPU time unless its name says otherwise.
+#include "clay/clay.h"
 #include "dab/dab.h"
 #include "growth.h"
 #include "ours.h"
@@ -64,6 +65,9 @@ class Bench {
     }
     if (all || what == "dab") {
       RELIEF_TRY(out_["dab"], measure_dabs(extent_));
+    }
+    if (all || what == "clay") {
+      RELIEF_TRY(out_["clay"], measure_clay(extent_));
     }
     if (all || what == "render") {
       RELIEF_TRY(out_["render"], measure_frames(extent_));
@@ -232,17 +236,19 @@ class Bench {
   ordered_json out_;
 };
 
-/// Nested objects as indented lines, percentiles in one line, what touch, dab and render found as tables, for people.
+/// Nested objects as indented lines, percentiles in one line, what touch, dab, clay and render found as tables, for
+/// people.
 void print_lines(const ordered_json& object, int indent) {
   const auto text = [](const ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
   };
   for (const auto& [key, value] : object.items()) {
     std::string line = fmt::format("{:{}}{:<24}", "", indent, key);
-    if (key == "touch" || key == "dab" || (key == "render" && value.contains("figures"))) {
-      const std::string text_of = key == "touch" ? touch_text(value)
-                                  : key == "dab" ? dab_text(value)
-                                                 : frames_text(value);
+    if (key == "touch" || key == "dab" || key == "clay" || (key == "render" && value.contains("figures"))) {
+      const std::string text_of = key == "touch"  ? touch_text(value)
+                                  : key == "dab"  ? dab_text(value)
+                                  : key == "clay" ? clay_text(value)
+                                                  : frames_text(value);
       std::fputs((line + "\n" + text_of).c_str(), stdout);
       continue;
     }
@@ -260,10 +266,10 @@ int main_inner(int argc, char** argv) {
   std::string what = "all";
   bool thorough = false, form = false, json = false;
   CLI::App app("Measures Relief on this machine. Times are CPU times.");
-  app.add_option("WHAT", what, "convert, query, touch, dab, render, paper or all")
-      ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
+  app.add_option("WHAT", what, "convert, query, touch, dab, clay, render, paper or all")
+      ->check(CLI::IsMember({"convert", "query", "touch", "dab", "clay", "render", "paper", "all"}));
   app.add_flag("--long", thorough, "More repeats, larger models");
-  app.add_flag("--form", form, "With touch, dab and render: next to nothing, to see the form of what it says")
+  app.add_flag("--form", form, "With touch, dab, clay and render: next to nothing, to see the form of what it says")
       ->excludes("--long");
   app.add_flag("--json", json, "One JSON object on standard output");
   try {

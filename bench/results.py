@@ -3,7 +3,7 @@
 
   bench/results.py [PART ...] [--scans FOLDER [--only NAME ...]] [--runs N] [--out FOLDER] [--bin FOLDER]
 
-PART is one of query, touch, dab, render, paper, convert, safety; without one, all of them. --scans FOLDER adds the parts scans and
+PART is one of query, touch, dab, clay, render, paper, convert, safety; without one, all of them. --scans FOLDER adds the parts scans and
 scans-63, conversions of the known scans of a folder, which take half an hour each. Each part becomes one file, PART-MACHINE-DATE.json, which
 replaces the older ones of the same part and machine. With --runs N each number is the median of N runs.
 
@@ -34,7 +34,7 @@ def spread(percentiles, scale=1.0):
 
 
 def figure_rows(said):
-    """Rows of figures, which touch, dab and render share: what, on what, how much, the target, the spread."""
+    """Rows of figures, which touch, dab, clay and render share: what, on what, how much, the target, the spread."""
     for f in said["figures"]:
         row = {"figure": f["name"], "on": f["surface"], "value": f["value"], "unit": f["unit"], "clock": f["clock"]}
         yield row | f.get("goal", {}) | spread(f.get("percentiles", {})) | f.get("more", {})
@@ -136,7 +136,7 @@ class Bench:
 
     def parts(self):
         """Name -> (command as a user types it, function that gives its rows)."""
-        said = {"touch": touch_rows, "dab": figure_rows, "render": figure_rows, "query": query_rows, "paper": paper_rows}
+        said = {"touch": touch_rows, "dab": figure_rows, "clay": figure_rows, "render": figure_rows, "query": query_rows, "paper": paper_rows}
         parts = {name: (f"./dev bench {name} --json", lambda name=name: list(said[name](self.json_of(name)))) for name in said}
         parts["convert"] = ("./dev bench table", self.convert)
         parts["safety"] = ("build/release/bin/acceptance all --json FILE", self.safety)
@@ -217,7 +217,7 @@ def measure(part, command, rows_of, runs):
 
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("wanted", metavar="PART", nargs="*", help="query, touch, dab, render, paper, convert, safety (default: all)")
+    parser.add_argument("wanted", metavar="PART", nargs="*", help="query, touch, dab, clay, render, paper, convert, safety (default: all)")
     parser.add_argument("--scans", type=pathlib.Path, metavar="FOLDER", help="also convert the known scans of a folder")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="with --scans: these scans only")
     parser.add_argument("--runs", type=int, default=1, metavar="N", help="runs of each part; numbers are medians (default 1)")

@@ -192,6 +192,43 @@ def cuts(rows):
                 ([on, size.split("=")[1].strip(), *(cell(on, size, kind) for kind in kinds)] for on, size in sizes))
 
 
+def by_surface(rows):
+    """A row per figure with its target, a column per surface."""
+    surfaces = list(dict.fromkeys(row["on"] for row in rows))
+    of = {(row["figure"], row["on"]): row for row in rows}
+
+    def cell(name, on):
+        row = of.get((name, on))
+        return (with_unit(row["value"], row["unit"]) + (MISSED if MISSED in target(row) else "")) if row else ""
+    goals = {row["figure"]: target(row).replace(MISSED, "") for row in rows}
+    return grid(["figure", "target", *surfaces], ([name, goals[name], *(cell(name, on) for on in surfaces)] for name in goals))
+
+
+def clay(rows):
+    return by_surface([row for row in rows if "on cut slabs" not in row["figure"] and not row["figure"].startswith("rim ")])
+
+
+def clay_detail(rows):
+    """What stands beside some of the figures."""
+    shown = [("clay below, least of a default conversion's fibres", ("one in ten", "median", "share under 2 %"), "%"),
+             ("clay above, least of a default conversion's fibres", ("one in ten", "median", "share under 2 %"), "%"),
+             ("ball of 0.5 % of the diagonal, places over 5 % of its depth off, told ones included", ("places", "told"), ""),
+             *((f"cut of {depth} % of the diagonal, places not reached", ("places", "of these not told"), "") for depth in (5, 9))]
+    surfaces = list(dict.fromkeys(row["on"] for row in rows if row["figure"] == shown[0][0]))
+    of = {(row["figure"], row["on"]): row for row in rows}
+    return grid(["figure", *surfaces],
+                ([f"{name}: {', '.join(keys)}",
+                  *(" / ".join(with_unit(of[name, on][key], unit) for key in keys) for on in surfaces)] for name, keys, unit in shown))
+
+
+def clay_readers(rows):
+    return by_surface([row for row in rows if "on cut slabs" in row["figure"]])
+
+
+def rims(rows):
+    return by_surface([row for row in rows if row["figure"].startswith("rim ")])
+
+
 def frames(rows):
     return grid(["figure", "on", "value", "clock", "target"],
                 ([row["figure"], row["on"], with_unit(row["value"], row["unit"]), row["clock"], target(row)] for row in rows))
@@ -235,6 +272,7 @@ TABLES = {
     "touch": ("touch", touch_figures), "touch-surfaces": ("touch", touch_surfaces),
     "peers-pumpkin": ("touch", peers("pumpkin, n = 32")), "peers-bunny": ("touch", peers("bunny, n = 32")), "accuracy": ("touch", accuracy),
     "dabs": ("dab", dabs), "dab-figures": ("dab", other_dabs), "cuts": ("dab", cuts), "frames": ("render", frames),
+    "clay": ("clay", clay), "clay-detail": ("clay", clay_detail), "clay-readers": ("clay", clay_readers), "rims": ("clay", rims),
     "samples": ("convert", by_resolution("per slab")), "samples-63": ("convert", by_resolution(63)),
     "scans": ("scans", by_resolution("per slab")), "scans-63": ("scans-63", by_resolution(63)),
     "safety": ("safety", safety),

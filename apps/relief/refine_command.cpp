@@ -35,6 +35,7 @@ ordered_json json_of(const Refined& refined, const Snapshot& before, const Snaps
   json["samples"] = {{"before", samples_of(before)}, {"after", samples_of(after)}};
   json["saturated"] = {{"before", refined.saturated_before}, {"after", refined.saturated_after}};
   json["fibres"] = {{"moved", refined.fibres_moved}, {"lacking", refined.fibres_lacking}};
+  json["leaning"] = {{"slabs", refined.slabs_leaning}, {"finer", refined.slabs_finer}};
   json["surface_moved"] = {{"rms", refined.moved_rms}, {"max", refined.moved_max}};
   json["seconds"] = seconds;
   return json;
@@ -45,22 +46,25 @@ std::string verdict_of(RefineWhere where, const Refined& refined, const Snapshot
   std::string text;
   switch (where) {
     case RefineWhere::Saturated:
-      if (refined.saturated_before == 0) return "Nothing to do: no sample stands at the end of its fibre";
+      if (refined.saturated_before == 0 && refined.slabs_leaning == 0)
+        return "Nothing to do: no sample stands at the end of its fibre";
+      if (!refined.model.head && refined.saturated_before == 0)
+        return fmt::format("Nothing to do: fibres lean in {} slabs, whose grids are fine enough",
+                           refined.slabs_leaning);
       if (!refined.model.head)
         return fmt::format(
             "Nothing changed: {} samples stand at the end of their fibres, and none can be made longer "
             "there; --where model makes new slabs",
             refined.saturated_before);
-      text = fmt::format("Room made: {} fibres reach further; {} of {} samples still stand at the end of theirs",
-                         refined.fibres_moved, refined.saturated_after, refined.saturated_before);
+      if (refined.saturated_before > 0)
+        text = fmt::format("Room made: {} fibres reach further; {} of {} samples still stand at the end of theirs. ",
+                           refined.fibres_moved, refined.saturated_after, refined.saturated_before);
+      text += fmt::format("Fibres lean in {} slabs: {} got finer grids", refined.slabs_leaning, refined.slabs_finer);
       break;
     case RefineWhere::All:
-      text = fmt::format("Twice the samples along every edge: {} where there were {}; the surface has not moved",
-                         samples_of(after), samples_of(before));
-      if (refined.slabs_left > 0)
-        text += fmt::format(". {} slab{} as fine as before: their odd number of intervals cannot be halved",
-                            refined.slabs_left, refined.slabs_left == 1 ? " is" : "s are");
-      return text;
+      text = fmt::format("Twice the samples along every edge: {} where there were {}", samples_of(after),
+                         samples_of(before));
+      break;
     case RefineWhere::Model:
       text = fmt::format("New slabs: {} where there were {}", after.slab_mesh().slab_count(),
                          before.slab_mesh().slab_count());

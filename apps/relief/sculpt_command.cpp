@@ -152,6 +152,8 @@ ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
                     {"samples_added", s.result.samples_added},
                     {"detail_limited", s.result.detail_limited},
                     {"beside", s.result.beside},
+                    {"overhang", s.overhang},
+                    {"folded", s.folded},
                     {"tiles", s.tiles},
                     {"seconds", s.seconds}});
   return json;
@@ -162,13 +164,16 @@ std::string counted(std::uint64_t count, std::string_view what) {
 }
 
 /// What the strokes could not do; empty where they did all.
-std::string limits_of(const std::vector<StrokeFinished>& strokes) {
-  std::uint64_t limited = 0, missed = 0, coarse = 0, beside = 0;
+std::string limits_of(const std::vector<StrokeFinished>& strokes, Unit unit) {
+  std::uint64_t limited = 0, missed = 0, coarse = 0, beside = 0, folded = 0;
+  double overhang = 0;
   for (const StrokeFinished& s : strokes) {
     limited += s.result.limited;
     missed += s.result.missed;
     coarse += s.result.detail_limited ? 1 : 0;
     beside += s.result.beside ? 1 : 0;
+    overhang = std::max(overhang, s.overhang);
+    folded += s.folded;
   }
   std::vector<std::string> said;
   if (limited > 0)
@@ -182,14 +187,20 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes) {
                    ": a larger radius or detail helps, or shorter strokes");
   if (beside > 0)
     said.push_back("fibres lean under " + counted(beside, "stroke") + ", so clay beside the tool was taken, too");
+  if (overhang > 0)
+    said.push_back(
+        fmt::format("a stroke goes up to {:.3g} {} under the surface beside it: slabs cannot hold undercuts, "
+                    "so the clay above goes, too",
+                    overhang, name(unit)));
+  if (folded > 0) said.push_back("the fibres of " + counted(folded, "sample") + " meet the surface several times");
   return said.empty() ? "" : joined(said, "; ") + '\n';
 }
 
-void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::uint64_t total) {
+void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::uint64_t total, Unit unit) {
   const auto changed = std::ranges::count_if(strokes, [](const StrokeFinished& s) { return s.result.changed; });
   print(fmt::format("{}: {} of {} strokes changed the model; {} in all\n", printable(out), changed, strokes.size(),
                     total));
-  print(limits_of(strokes));
+  print(limits_of(strokes, unit));
 }
 
 // ---- Strokes from a file
@@ -334,7 +345,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   }
   if (before > 0)
     print(fmt::format("{}: has the first {} of {} strokes already\n", printable(o.out), before, strokes.size()));
-  if (!told.empty() || before == 0) say_strokes(o.out, told, total);
+  if (!told.empty() || before == 0) say_strokes(o.out, told, total, document.info().unit);
   print(said_of(listener.room(), document.info().unit));
   return {};
 }

@@ -150,10 +150,11 @@ void add_bench(CLI::App& app, Context& context) {
   context.catalogue[c] = {
       .group = "Measure",
       .examples = {{"relief bench touch", "time of a tick, beside its goal"}, {"relief bench all --long"}}};
-  c->add_option("WHAT", *what,
-                "convert, query, touch, dab: goals and peers; render; paper: the paper's own table; or all")
+  c->add_option(
+       "WHAT", *what,
+       "convert, query, touch, dab: goals and peers; clay: goals; render; paper: the paper's own table; or all")
       ->required()
-      ->check(one_of({"convert", "query", "touch", "dab", "render", "paper", "all"}));
+      ->check(one_of({"convert", "query", "touch", "dab", "clay", "render", "paper", "all"}));
   c->add_flag("--long", *thorough, "take the time that steady figures need");
   // The benchmark programs print by themselves, with as many threads as each measurement says.
   finish_command(*c, context, [what, thorough, &context] { return run_bench(*what, *thorough, context); },

@@ -84,6 +84,9 @@ void MainWindow::connect_document() {
     else if (room.bar == RoomBar::OtherPart)
       say(tr("Another part of the form is %1 away. A stroke grows to about the middle.")
               .arg(length_text(room.bar_distance, unit_)));
+    else if (room.overhang > 0)
+      say(tr("The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.")
+              .arg(length_text(room.overhang, unit_)));
     else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)

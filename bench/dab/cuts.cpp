@@ -5,6 +5,7 @@
 
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/core/detail.h>
 #include <relief/core/query.h>
 #include <relief/edit/editor.h>
 #include <relief/mesh/samples.h>
@@ -386,11 +387,11 @@ void cut_small_ball(const Subject& subject, double diagonal, ordered_json& figur
   figures.push_back(std::move(made));
 }
 
-}  // namespace
+int places_of(Extent extent) { return extent == Extent::Form ? 1 : extent == Extent::Long ? 8 : 3; }
 
-Result<ordered_json> measure_cuts(Extent extent) {
-  const bool form = extent == Extent::Form;
-  const int n = form ? 8 : 32, places = form ? 1 : extent == Extent::Long ? 8 : 3;
+/// Surfaces without detail of their own.
+std::vector<Subject> even_subjects(Extent extent) {
+  const int n = extent == Extent::Form ? 8 : 32, places = places_of(extent);
   std::vector<Subject> subjects;
   {
     // Equal sides: the two directions of the sheet's grid and their sum.
@@ -411,12 +412,27 @@ Result<ordered_json> measure_cuts(Extent extent) {
       sphere.places.push_back(closest_point(*sphere.model, {std::cos(2.4 * k), 0.3 * k - 1, std::sin(2.4 * k)}));
     subjects.push_back(std::move(sphere));
   }
+  return subjects;
+}
+
+SnapshotPtr with_half_the_spacing(const SnapshotPtr& model) {
+  Detail detail;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
+    detail.grids.push_back({Layer::Displacement, s, 2 * model->slab_mesh().intervals(s)});
+  return *with_detail(model, detail);
+}
+
+}  // namespace
+
+Result<ordered_json> measure_cuts(Extent extent) {
+  const bool form = extent == Extent::Form;
+  std::vector<Subject> subjects = even_subjects(extent);
   ordered_json figures = ordered_json::array();
   RELIEF_TRY(const TriangleMesh mesh, make_sample("pumpkin", form ? 4'000 : 100'000));
   RELIEF_TRY(const Conversion made, form ? convert(mesh, {.slabs = 60, .intervals = 8}) : convert(mesh, {}));
   Subject pumpkin = {.name = "pumpkin", .model = made.model.head, .places = {}};
   const double size = made.model.info.source_diagonal;
-  for (int k = 0; k < places; ++k) {
+  for (int k = 0; k < places_of(extent); ++k) {
     const Vec3d way = {std::cos(2.4 * k + 0.4), 0.5 - 0.2 * k, std::sin(2.4 * k + 0.4)};
     pumpkin.places.push_back(
         closest_point(*pumpkin.model, pumpkin.model->slab_mesh().bounds().centre() + way * (0.5 * size)));
@@ -424,6 +440,28 @@ Result<ordered_json> measure_cuts(Extent extent) {
   subjects.push_back(std::move(pumpkin));
   for (const Subject& subject : subjects) cut_at_ratios(subject, figures);
   cut_small_ball(subjects.back(), size, figures);
+  return figures;
+}
+
+ordered_json measure_rims(Extent extent) {
+  constexpr int kSpacings = 12;
+  ordered_json figures = ordered_json::array();
+  for (const Subject& subject : even_subjects(extent)) {
+    Errors errors;
+    const SnapshotPtr halved = with_half_the_spacing(subject.model);
+    for (const SurfacePoint& at : subject.places) {
+      const double spacing = spacing_at(*subject.model, at.slab);
+      const Cut cut(*halved, {at, kSpacings * spacing}, spacing);
+      errors.add(cut.by_tool(halved, at, false), spacing);
+    }
+    const Error error = errors.mean();
+    const std::string rim = "rim of a ball of 12 spacings, spacing halved, ";
+    ordered_json height = figure(rim + "height ripple", subject.name, error.ripple, "spacings", at_most(0.015), "none");
+    height["more"] = {{"rms", error.rms}, {"max", error.max}};
+    figures.push_back(std::move(height));
+    figures.push_back(
+        figure(rim + "normal ripple", subject.name, error.ripple_degrees, "degrees", at_most(0.9), "none"));
+  }
   return figures;
 }
 

@@ -14,4 +14,8 @@ namespace relief::bench {
 /// Errors: as from convert().
 [[nodiscard]] Result<nlohmann::ordered_json> measure_cuts(Extent extent);
 
+/// The rim of a ball of 12 spacings, cut into the sheet and the sphere after their grids were halved: how uneven its
+/// height is, in spacings of before, and its normal.
+[[nodiscard]] nlohmann::ordered_json measure_rims(Extent extent);
+
 }  // namespace relief::bench

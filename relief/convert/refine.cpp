@@ -11,6 +11,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
@@ -21,10 +22,29 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kNames = {"saturated", "all", "model"};
 
+/// The alpha up to which a sample stands at the end of its fibre. Tools fade out in the last RoomGoals::fade_share of
+/// what lies below the surface, or RoomGoals::fade_spacings of samples, at most in its half; and one that goes to its
+/// end leaves half of that. What was below is not known: half of the fibre.
+float end_of(const SlabMesh& mesh, SlabId s) {
+  constexpr double kBelow = 0.5;
+  const SlabCorners corners = mesh.corners(s);
+  double edges = 0, fibres = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    edges += length(corners.inner[(k + 1) % 3] - corners.inner[k]) / 6;
+    edges += length(corners.outer[(k + 1) % 3] - corners.outer[k]) / 6;
+    fibres += length(corners.fibre(k)) / 3;
+  }
+  const RoomGoals goals;
+  const double spacings = goals.fade_spacings * edges / (mesh.intervals(s) * fibres);
+  return static_cast<float>(std::min(std::max(goals.fade_share * kBelow, spacings), kBelow / 2) / 2);
+}
+bool is_at_end(float alpha, float end) noexcept { return alpha <= end || alpha >= 1 - end; }
+
 std::size_t saturated(const Snapshot& model, SlabId s) {
   const float* alpha = model.displacement(s);
   const auto count = sample_count(model.slab_mesh().intervals(s));
-  return static_cast<std::size_t>(std::count_if(alpha, alpha + count, [](float a) { return a <= 0 || a >= 1; }));
+  const float end = end_of(model.slab_mesh(), s);
+  return static_cast<std::size_t>(std::count_if(alpha, alpha + count, [end](float a) { return is_at_end(a, end); }));
 }
 
 std::size_t saturated(const Snapshot& model) {
@@ -43,7 +63,8 @@ void add_distances(const Snapshot& of, const Snapshot& from, Distances& found, c
   const SlabMesh& mesh = of.slab_mesh();
   PickHint hint;
   for (SlabId s = 0; s < mesh.slab_count() && !progress.cancelled(); ++s) {
-    const int n = mesh.intervals(s), step = std::max(1, n / 32);
+    // Odd, so that it is not only looked at samples that others were made between.
+    const int n = mesh.intervals(s), step = std::max(1, n / 32) | 1;
     for (int j = 0; j <= n; j += step)
       for (int i = 0; i + j <= n; i += step) {
         const Vec3d p = sample_position(of, s, {i, j});
@@ -79,12 +100,13 @@ void want_room(const Snapshot& model, SlabId s, double diagonal, RoomWanted& wan
   const int n = mesh.intervals(s);
   const SlabCorners corners = mesh.corners(s);
   const Vec3d out = normalized(corners.fibre(0) + corners.fibre(1) + corners.fibre(2));
+  const float end = end_of(mesh, s);
   for (const bool below : {true, false}) {
     Box3d box;
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i + j <= n; ++i) {
         const float alpha = model.displacement(s)[sample_index(n, {i, j})];
-        if (below ? alpha <= 0 : alpha >= 1) box.add(sample_position(model, s, {i, j}));
+        if (is_at_end(alpha, end) && below == (alpha < 0.5F)) box.add(sample_position(model, s, {i, j}));
       }
     if (box.empty()) continue;
     const double radius = std::max(length(box.extent()) / 2, 1e-3 * diagonal);
@@ -93,26 +115,7 @@ void want_room(const Snapshot& model, SlabId s, double diagonal, RoomWanted& wan
   }
 }
 
-Status make_room_where_saturated(const Model& model, double diagonal, Refined& result, const Progress& progress) {
-  RoomWanted wanted;
-  for (SlabId s = 0; s < model.head->slab_mesh().slab_count(); ++s)
-    if (static_cast<double>(saturated(*model.head, s)) >
-        kSaturatedShare * static_cast<double>(sample_count(model.head->slab_mesh().intervals(s))))
-      want_room(*model.head, s, diagonal, wanted);
-  if (wanted.empty()) return {};
-  RELIEF_TRY(const RoomMade made, make_room(*model.head, wanted, {.diagonal = diagonal}, progress));
-  result.fibres_moved = made.moved.size();
-  result.fibres_lacking = made.after.size();
-  if (made.moved.empty()) return {};
-  RELIEF_TRY(result.model.head, with_room(model.head, made));
-  measure(*model.head, *result.model.head, result, progress);
-  return {};
-}
-
-// ---- All
-
-/// Returns whether a grid of twice as many intervals, cut in four if those are too many for one tile, is available.
-bool can_double(int n) noexcept { return 2 * n <= kMaxIntervals || n % 2 == 0; }
+// ---- Finer grids
 
 /// Slabs that must be cut because they lie beside one that is cut and is finer already.
 void add_coarser(const SlabMesh& mesh, SlabId s, std::vector<std::uint8_t>& cuts) {
@@ -121,36 +124,128 @@ void add_coarser(const SlabMesh& mesh, SlabId s, std::vector<std::uint8_t>& cuts
     if (is_half(mesh.slabs()[s].shares[k])) add_coarser(mesh, mesh.slabs()[s].neighbours[k], cuts);
 }
 
-/// Twice the samples along every edge, in every layer.
-Detail twice_as_fine(const Snapshot& model, std::size_t& left) {
+/// Twice the samples along every edge of the chosen slabs, in all layers or that of the displacement. Those whose tiles
+/// would have more than `most` intervals are cut in four.
+Detail twice_as_fine(const Snapshot& model, const std::function<bool(SlabId)>& chosen, bool all_layers, int most) {
   const SlabMesh& mesh = model.slab_mesh();
+  std::vector<Layer> layers;
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (model.has(layer) && (all_layers || layer == Layer::Displacement)) layers.push_back(layer);
+  }
   std::vector<std::uint8_t> cuts(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    for (int k = 0; k < kLayerCount; ++k) {
-      const auto layer = static_cast<Layer>(k);
-      if (!model.has(layer)) continue;
-      const int n = model.intervals(layer, s);
-      if (2 * n > kMaxIntervals && n % 2 == 0) add_coarser(mesh, s, cuts);
-    }
+    if (chosen(s) && std::ranges::any_of(layers, [&](Layer layer) { return 2 * model.intervals(layer, s) > most; }))
+      add_coarser(mesh, s, cuts);
   Detail detail;
-  const auto want = [&](SlabId from, SlabId s, bool is_child) {
-    for (int k = 0; k < kLayerCount; ++k) {
-      const auto layer = static_cast<Layer>(k);
-      if (!model.has(layer)) continue;
+  const auto want = [&](SlabId from, SlabId s) {
+    if (!chosen(from)) return;
+    const bool is_child = cuts[from] != 0;
+    for (const Layer layer : layers) {
+      // With a cut an even grid is halved and must be doubled for that; an odd one stays, which is twice as fine.
       const int n = model.intervals(layer, from);
-      const bool halves = is_child && n % 2 == 0;
-      if (halves || 2 * n <= kMaxIntervals) detail.grids.push_back({layer, s, halves ? n : 2 * n});
+      detail.grids.push_back({layer, s, is_child ? n : 2 * n});
     }
   };
   SlabId next = mesh.slab_count();
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    if (!can_double(mesh.intervals(s))) ++left;
-    want(s, s, cuts[s] != 0);
+    want(s, s);
     if (cuts[s] == 0) continue;
     detail.cuts.push_back(s);
-    for (int child = 0; child < 3; ++child) want(s, next++, true);
+    for (int child = 0; child < 3; ++child) want(s, next++);
   }
   return detail;
+}
+
+/// Of the cosine between a fibre and the surface's normal: fibres that lean by more than 65 degrees.
+constexpr double kLeanCosine = 0.42261826174069944;
+/// Share of a slab's micro-triangles that lean from which on its grid gets finer.
+constexpr double kLeaningShare = 0.05;
+/// A slab that leans has samples so many times nearer at most: as at 75 degrees, where they lie 4 times as far apart.
+constexpr int kMostHalvings = 2;
+/// A tile gets more intervals up to so many, then the slab is cut, as under a tool.
+constexpr int kFineIntervals = 32;
+
+/// How a slab's samples lie on the surface.
+struct Lie {
+  bool leans = false;
+  double spacing = 0;  ///< of neighbours, which one in twenty exceeds; model units
+};
+Lie lie_of(const Snapshot& model, SlabId s) {
+  const int n = model.slab_mesh().intervals(s);
+  const SlabCorners corners = model.slab_mesh().corners(s);
+  std::vector<double> edges;
+  std::size_t leaning = 0, count = 0;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i + j < n; ++i) {
+      const Vec3d a = sample_position(model, s, {i, j}), b = sample_position(model, s, {i + 1, j}),
+                  c = sample_position(model, s, {i, j + 1});
+      for (const double edge : {length(b - a), length(c - a), length(c - b)}) edges.push_back(edge);
+      const std::array<double, 3> w = {double(n - i - j) / n, double(i) / n, double(j) / n};
+      const Vec3d along = corners.point(w, 1) - corners.point(w, 0), normal = cross(b - a, c - a);
+      ++count;
+      leaning += dot(normal, along) < kLeanCosine * length(normal) * length(along) ? 1 : 0;
+    }
+  const auto at = edges.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(edges.size() - 1));
+  std::ranges::nth_element(edges, at);
+  return {static_cast<double>(leaning) > kLeaningShare * static_cast<double>(count), *at};
+}
+/// Of a root's own samples, on a surface across the fibres in their middle: mean over its edges.
+double upright_spacing(const SlabMesh& mesh, SlabId root) {
+  const Slab& slab = mesh.roots()[root];
+  const auto middle = [&](std::size_t k) {
+    const Fibre& f = mesh.root_fibres()[slab.fibres[k]];
+    return (f.inner + f.outer) / 2;
+  };
+  return (length(middle(1) - middle(0)) + length(middle(2) - middle(1)) + length(middle(0) - middle(2))) / 3 /
+         slab.intervals;
+}
+
+/// Where fibres lean, samples lie far apart on the surface. Grids get finer there until these lie as near as those of
+/// the root would on a surface across its fibres, or kMostHalvings times.
+Status make_finer_where_leaning(SnapshotPtr& model, Refined& result, const Progress& progress) {
+  for (bool is_first = true; !progress.cancelled(); is_first = false) {
+    const SlabMesh& mesh = model->slab_mesh();
+    std::vector<std::uint8_t> coarse(mesh.slab_count());
+    std::size_t leaning = 0, wanted = 0;
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+      const RootPlace place = mesh.root_place(s);
+      const Lie lie = lie_of(*model, s);
+      leaning += lie.leans ? 1 : 0;
+      const int n = mesh.roots()[place.root].intervals;
+      const bool may_halve = (mesh.intervals(s) << place.level) < (n << kMostHalvings);
+      coarse[s] = lie.leans && may_halve && lie.spacing > std::numbers::sqrt2 * upright_spacing(mesh, place.root);
+      wanted += coarse[s];
+    }
+    if (is_first) {
+      result.slabs_leaning = leaning;
+      result.slabs_finer = wanted;
+    }
+    if (wanted == 0) return {};
+    const auto chosen = [&](SlabId s) { return coarse[s] != 0; };
+    RELIEF_TRY(model, with_detail(model, twice_as_fine(*model, chosen, false, kFineIntervals)));
+  }
+  return {};
+}
+
+Status make_room_where_saturated(const Model& model, double diagonal, Refined& result, const Progress& progress) {
+  RoomWanted wanted;
+  for (SlabId s = 0; s < model.head->slab_mesh().slab_count(); ++s)
+    if (static_cast<double>(saturated(*model.head, s)) >
+        kSaturatedShare * static_cast<double>(sample_count(model.head->slab_mesh().intervals(s))))
+      want_room(*model.head, s, diagonal, wanted);
+  SnapshotPtr head = model.head;
+  if (!wanted.empty()) {
+    RELIEF_TRY(const RoomMade made, make_room(*head, wanted, {.diagonal = diagonal}, progress));
+    result.fibres_moved = made.moved.size();
+    result.fibres_lacking = made.after.size();
+    RELIEF_TRY(head, with_room(head, made));
+  }
+  if (head != model.head) measure(*model.head, *head, result, progress);
+  result.saturated_after = saturated(*head);
+  RELIEF_CHECK(make_finer_where_leaning(head, result, progress));
+  if (head != model.head) result.model.head = head;
+  return {};
 }
 
 // ---- Model
@@ -206,6 +301,7 @@ Status make_anew(const Model& model, Refined& result, const Progress& progress) 
   bring_layers(*model.head, draft, progress);
   result.model.head = draft.finish();
   measure(*model.head, *result.model.head, result, progress);
+  result.saturated_after = saturated(*result.model.head);
   return {};
 }
 
@@ -228,9 +324,10 @@ Result<Refined> refine(const Model& model, RefineWhere where, const Progress& pr
       RELIEF_CHECK(make_room_where_saturated(model, diagonal, result, progress));
       break;
     case RefineWhere::All: {
-      const Detail detail = twice_as_fine(*model.head, result.slabs_left);
-      if (detail.empty()) break;
+      const Detail detail = twice_as_fine(*model.head, [](SlabId) { return true; }, true, kMaxIntervals);
       RELIEF_TRY(result.model.head, with_detail(model.head, detail));
+      measure(*model.head, *result.model.head, result, progress);
+      result.saturated_after = saturated(*result.model.head);
       break;
     }
     case RefineWhere::Model:
@@ -238,7 +335,6 @@ Result<Refined> refine(const Model& model, RefineWhere where, const Progress& pr
       break;
   }
   if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
-  if (result.model.head) result.saturated_after = saturated(*result.model.head);
   return result;
 }
 

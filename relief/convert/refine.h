@@ -16,9 +16,11 @@ namespace relief {
 
 /// Where a model gets them.
 enum class RefineWhere : std::uint8_t {
-  Saturated,  ///< where the surface stands at the end of its fibres: these are lengthened, and turned where that fails
-  All,        ///< twice as many samples along every edge; the surface stays
-  Model,      ///< new slabs for everything, converted from the surface as it is
+  /// where the surface stands at the end of its fibres: these are lengthened, and turned where that fails; and where
+  /// they lean by over 65 degrees: finer grids, more intervals first, then slabs that are cut in four
+  Saturated,
+  All,    ///< twice as many samples along every edge; the surface stays
+  Model,  ///< new slabs for everything, converted from the surface as it is
 };
 [[nodiscard]] std::string_view name(RefineWhere where) noexcept;
 [[nodiscard]] std::optional<RefineWhere> refine_where_from_name(std::string_view text) noexcept;
@@ -26,11 +28,12 @@ enum class RefineWhere : std::uint8_t {
 /// Holds what refine() did.
 struct Refined {
   Model model;  ///< its head is null where there was nothing to do
-  /// samples at an end of their fibre, copies counted each
+  /// samples so near an end of their fibre as tools come that fade out there, copies counted each
   std::size_t saturated_before = 0, saturated_after = 0;
-  /// Saturated
+  /// Saturated, and what follows
   std::size_t fibres_moved = 0, fibres_lacking = 0;
-  std::size_t slabs_left = 0;  ///< All: slabs that keep their grid, for an odd number of intervals cannot be halved
+  std::size_t slabs_leaning = 0;  ///< over 5 % of whose micro-triangles fibres lean by over 65 degrees
+  std::size_t slabs_finer = 0;    ///< of these, that got finer grids; the others have them
   /// Between the two surfaces, from up to 32 rows of samples per slab of each to the other; model units
   double moved_rms = 0, moved_max = 0;
 };

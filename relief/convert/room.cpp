@@ -170,6 +170,8 @@ RoomMaker room_maker(double diagonal) {
     const RoomBarred barred = room_barred(*surface, made, diagonal);
     room.bar = barred.by;
     room.bar_distance = barred.distance;
+    room.overhang = made.overhang_after > Room::kLeastOverhang * diagonal ? made.overhang_after : 0;
+    room.folded = made.folded;
     if (!made.moved.empty()) {
       RELIEF_TRY(room.model, with_room(surface, made));
     }

@@ -47,6 +47,11 @@ struct Room {
   double surface_moved = 0;     ///< the farthest that the surface moved, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
   double bar_distance = 0;      ///< from the surface to the far side or the other part, model units; else 0
+  /// An undercut, which slabs cannot hold: how far beside the surface the stroke goes under it, model units. Tools cut
+  /// all that is between. 0 where it is below kLeastOverhang.
+  double overhang = 0;
+  std::size_t folded = 0;  ///< new samples whose fibre meets the surface several times, or just beyond an end
+  static constexpr double kLeastOverhang = 1e-3;  ///< of the diagonal: what a place may miss the tool by untold
 };
 
 /// Makes room. Called on a thread of its own or on that of the edits, never on a servo's; takes 0.1 s and

@@ -280,6 +280,8 @@ struct Document::State {
     bool ends = false;             ///< room is made at its end
     bool is_full = false;          ///< no more room can be made
     std::uint64_t room_asked = 0;  ///< number of the job that makes room for it; 0: none
+    double overhang = 0;           ///< of the room that was made last
+    std::size_t folded = 0;        ///< likewise
   };
 
   /// From now on a cancel of that source reaches the stroke inside.
@@ -415,6 +417,8 @@ struct Document::State {
             .label = open->stroke.label,
             .result = result,
             .tiles = result.changed ? tiles_between(*open->start, *editor.head()) : 0,
+            .overhang = open->overhang,
+            .folded = open->folded,
             .seconds = static_cast<double>(open->cpu + thread_cpu_ns() - start) * 1e-9};
   }
 
@@ -488,6 +492,8 @@ struct Document::State {
     engine.cancel();
     open->rooms = 0;
     open->is_full = false;
+    open->overhang = 0;
+    open->folded = 0;
     open->wanted = {};
     play_again(open->start);
   }
@@ -502,7 +508,10 @@ struct Document::State {
     }
     ++open->rooms;
     open->is_full = !made->model;
-    emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance});
+    open->overhang = made->overhang;
+    open->folded = made->folded;
+    emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
+                   made->overhang, made->folded});
     return made->model != nullptr;
   }
 

@@ -98,6 +98,8 @@ struct StrokeFinished {
   bool cancelled = false;    ///< it has left nothing
   std::uint64_t stroke = 0;  ///< strokes that stand now
   std::uint64_t tiles = 0;   ///< that it changed
+  double overhang = 0;       ///< of the room that was made for it last, see Room
+  std::size_t folded = 0;    ///< likewise
   double seconds = 0;        ///< thread CPU time, with undo and publishing
 };
 /// A stroke was not begun, for another source had one open.
@@ -155,6 +157,8 @@ struct RoomEnded {
   double surface_moved = 0;     ///< the farthest, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
   double bar_distance = 0;      ///< from the surface to what bars the way, model units; 0 for fibres
+  double overhang = 0;          ///< see Room
+  std::size_t folded = 0;       ///< see Room
 };
 /// A ChangeCage has ended.
 struct CageChanged {

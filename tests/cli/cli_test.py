@@ -1902,7 +1902,9 @@ class Refine(Case):
         told = self.ok("refine", self.model, "-o", out, "--where", "all", "--json").json()
         self.assertTrue(told["changed"])
         self.assertGreater(told["samples"]["after"], 3.5 * told["samples"]["before"])
-        self.assertEqual(told["surface_moved"], {"rms": 0.0, "max": 0.0})
+        # It is measured: not nothing, for where fibres turn the middle of an edge does not lie on it to the bit.
+        self.assertGreater(told["surface_moved"]["max"], 0)
+        self.assertLess(told["surface_moved"]["max"], 1e-5 * Run("info", self.model, "--json").json()["source_diagonal"])
         info = Run("info", out, "--strokes", "--json").json()
         self.assertEqual(info["journal"][-1]["label"], "refine all")
         self.assertTrue(Run("verify", out, "--json").json()["holds"])

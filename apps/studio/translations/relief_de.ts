@@ -2138,6 +2138,10 @@ berühren, um weiterzumachen</translation>
         <translation>Die Form ist hier %1 dick. Ein Strich reicht bis etwa zu ihrer Mitte, denn Platten können keine Löcher haben.</translation>
     </message>
     <message>
+        <source>The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.</source>
+        <translation>Das Werkzeug geht hier %1 unter die Oberfläche. Platten können keine Hinterschneidungen halten: Der Ton darüber geht mit.</translation>
+    </message>
+    <message>
         <source>Another part of the form is %1 away. A stroke grows to about the middle.</source>
         <translation>Ein anderer Teil der Form ist %1 entfernt. Ein Strich wächst bis etwa zur Mitte.</translation>
     </message>

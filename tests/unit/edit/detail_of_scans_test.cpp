@@ -58,7 +58,13 @@ std::size_t samples_of(const Snapshot& model) {
   return sum;
 }
 
-class DetailOfScans : public ::testing::TestWithParam<const char*> {
+/// A scan, and at how many of the 100 places at most a stroke that gets no room may say that it did not do all.
+struct Scan {
+  const char* file;
+  std::size_t limited, beside;  ///< the clay ends; fibres lean
+};
+
+class DetailOfScans : public ::testing::TestWithParam<Scan> {
  protected:
   void open(const std::filesystem::path& file) {
     auto mesh = import_mesh(file);
@@ -87,7 +93,7 @@ class DetailOfScans : public ::testing::TestWithParam<const char*> {
 };
 
 TEST_P(DetailOfScans, ASmallBallIsCutAsItIsAnywhere) {
-  RELIEF_DATA_FILE(file, GetParam());
+  RELIEF_DATA_FILE(file, GetParam().file);
   open(file);
   const double radius = 0.005 * diagonal_, depth = 0.6 * radius;
   std::vector<double> errors;
@@ -118,15 +124,16 @@ TEST_P(DetailOfScans, ASmallBallIsCutAsItIsAnywhere) {
       "%s: %u slabs, %zu samples; %zu at the end of the clay, %zu where fibres lean; %zu others: rms of the depth "
       "median %.3f, 90 %% "
       "%.3f, most %.3f; slabs added median %zu, most %zu; samples added median %zu, most %zu; %.2f ms a stroke\n",
-      GetParam(), model_->slab_mesh().slab_count(), samples_of(*model_), limited, beside, errors.size(),
+      GetParam().file, model_->slab_mesh().slab_count(), samples_of(*model_), limited, beside, errors.size(),
       errors[errors.size() / 2], errors[errors.size() * 9 / 10], errors.back(), slabs[slabs.size() / 2], slabs.back(),
       samples[samples.size() / 2], samples.back(), 10 * before);
-  EXPECT_LE(errors.back(), 0.05);
-  EXPECT_GE(errors.size(), 40U);
+  EXPECT_LE(errors.back(), 0.04);
+  EXPECT_LE(limited, GetParam().limited);
+  EXPECT_LE(beside, GetParam().beside);
 }
 
 TEST_P(DetailOfScans, TwentyPlacesCostLittle) {
-  RELIEF_DATA_FILE(file, GetParam());
+  RELIEF_DATA_FILE(file, GetParam().file);
   open(file);
   const double radius = 0.005 * diagonal_;
   Editor editor(model_);
@@ -134,19 +141,17 @@ TEST_P(DetailOfScans, TwentyPlacesCostLittle) {
     testing::apply(editor, {.radius = radius, .detail = 0.1}, random_dab(*editor.head(), 0.6 * radius));
   const double slabs = static_cast<double>(editor.head()->slab_mesh().slab_count() - model_->slab_mesh().slab_count());
   const double share = static_cast<double>(samples_of(*editor.head())) / static_cast<double>(samples_of(*model_));
-  std::printf("%s: %.1f slabs added per place, samples %.3f times\n", GetParam(), slabs / 20, share);
+  std::printf("%s: %.1f slabs added per place, samples %.3f times\n", GetParam().file, slabs / 20, share);
   EXPECT_TRUE(testing::valid(*editor.head()));
   EXPECT_LE(slabs / 20, 90);
   EXPECT_LE((share - 1) * static_cast<double>(samples_of(*model_)) / 20, 20000);
 }
 
+// The head is a scan of many thin and folded parts: three in four of its fibres have little clay, which is told.
 INSTANTIATE_TEST_SUITE_P(Scans, DetailOfScans,
-                         ::testing::Values("a_models/pumpkin.ply", "a_models/head_lps.ply", "a_models/bunny.ply",
-                                           "b_bad/variant/sphere.stl"),
-                         [](const auto& test) {
-                           std::string name = std::filesystem::path(test.param).stem().string();
-                           return name;
-                         });
+                         ::testing::Values(Scan{"a_models/pumpkin.ply", 0, 4}, Scan{"a_models/head_lps.ply", 40, 22},
+                                           Scan{"a_models/bunny.ply", 4, 27}, Scan{"b_bad/variant/sphere.stl", 0, 0}),
+                         [](const auto& test) { return std::filesystem::path(test.param.file).stem().string(); });
 
 }  // namespace
 }  // namespace relief

@@ -4,8 +4,15 @@
 
 #include <relief/core/detail.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <memory>
 #include <thread>
 
 namespace relief {
@@ -121,7 +128,7 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   settings.make_room = [&](const SnapshotPtr&, const RoomWanted& wanted, const Progress&) -> Result<Room> {
     ++asked;
     EXPECT_FALSE(wanted.cut.empty());
-    return Room{.model = nullptr, .lacking = 7};
+    return Room{.model = nullptr, .lacking = 7, .overhang = 0.25, .folded = 3};
   };
   Document document(ball(), std::move(settings));
   post(document, deep_tap(0.35));
@@ -134,10 +141,14 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   ASSERT_GE(events.of<RoomEnded>().size(), 1U);
   EXPECT_EQ(events.of<RoomEnded>()[0].fibres, 0U);
   EXPECT_EQ(events.of<RoomEnded>()[0].lacking, 7U);
+  EXPECT_EQ(events.of<RoomEnded>()[0].overhang, 0.25);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "an undercut is told with the stroke";
+  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 3U);
   // A stroke that has enough asks nobody.
   post(document, stroke_over_ball(0));
   document.settle();
   EXPECT_LE(asked, 2);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0);
 }
 
 TEST(RoomUnderAStroke, CanBeCancelled) {
@@ -168,6 +179,81 @@ TEST(RoomUnderAStroke, CanBeCancelled) {
   EXPECT_TRUE(events.of<StrokeFinished>().back().cancelled);
   EXPECT_EQ(document.head()->content_hash(), before);
   EXPECT_TRUE(document.close());
+}
+
+/// What a process tells that sculpts: a state that its file has, or that it begins to make room.
+struct Told {
+  bool saved = false;
+  std::uint64_t strokes = 0, hash = 0;
+};
+
+/// Sculpts a file without end, with strokes that need room and such that do not. Making room takes some milliseconds,
+/// or does not end. Never returns.
+[[noreturn]] void sculpt_and_tell(const std::filesystem::path& path, int pipe, bool room_ends) {
+  const auto tell = [pipe](const Told& told) {
+    if (::write(pipe, &told, sizeof told) != sizeof told) ::_exit(2);
+  };
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.make_room = [&](const SnapshotPtr& surface, const RoomWanted& wanted, const Progress& progress) {
+    tell({.saved = false});
+    do std::this_thread::sleep_for(std::chrono::milliseconds(4));
+    while (!room_ends);
+    return twice_as_long(surface, wanted, progress);
+  };
+  auto file = ModelFile::open(path);
+  if (!file) ::_exit(3);
+  auto document = Document::open(path, *std::move(file), std::move(settings));
+  if (!document) ::_exit(4);
+  for (int k = 0;; ++k) {
+    post(*document, k % 3 == 1 ? deep_tap(0.35 + 0.1 * k) : stroke_over_ball(k));
+    document->settle();
+    const std::uint64_t strokes = document->statistics().undo_steps, hash = document->head()->content_hash();
+    while (document->statistics().unsaved > 0) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    tell({.saved = true, .strokes = strokes, .hash = hash});
+  }
+}
+
+TEST(RoomUnderAStroke, KilledWhileItIsMadeNoFinishedStrokeIsLost) {
+  const int rounds = std::getenv("RELIEF_SOAK") != nullptr ? 200 : 10;
+  const testing::Folder folder;
+  const auto path = folder / "killed.relief";
+  int in_flight = 0;
+  for (int round = 0; round < rounds; ++round) {
+    ASSERT_TRUE(ModelFile::create(path, ball()));
+    std::array<int, 2> pipe{};
+    ASSERT_EQ(::pipe(pipe.data()), 0);
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      ::close(pipe[0]);
+      sculpt_and_tell(path, pipe[1], round % 2 == 1);
+    }
+    ::close(pipe[1]);
+    // Killed while room is made, or some time after that began.
+    std::vector<Told> told;
+    do ASSERT_EQ(::read(pipe[0], &told.emplace_back(), sizeof(Told)), static_cast<ssize_t>(sizeof(Told)));
+    while (told.back().saved);
+    ::usleep(static_cast<useconds_t>((round * 7919) % 20000));
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status)) << "the child failed by itself with " << WEXITSTATUS(status);
+    for (Told next; ::read(pipe[0], &next, sizeof next) == static_cast<ssize_t>(sizeof next);) told.push_back(next);
+    ::close(pipe[0]);
+    in_flight += told.back().saved ? 0 : 1;
+
+    const auto last = std::find_if(told.rbegin(), told.rend(), [](const Told& t) { return t.saved; });
+    ASSERT_NE(last, told.rend());
+    const auto file = ModelFile::open(path);
+    ASSERT_TRUE(file) << file.error().message;
+    ASSERT_GE(file->stroke_count(), last->strokes);
+    const auto state = file->at(last->strokes);
+    ASSERT_TRUE(state) << state.error().message;
+    EXPECT_EQ((*state)->content_hash(), last->hash);
+    EXPECT_TRUE(validate(*file->model().head));
+  }
+  EXPECT_GE(in_flight, rounds / 2);
 }
 
 /// All slabs cut once.

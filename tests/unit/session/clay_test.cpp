@@ -1,7 +1,9 @@
 // Large balls and repeated work in converted models: the clay does not end, or that is told.
 #include "document_support.h"
 #include "support/data.h"
+#include "support/taps.h"
 
+#include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/refine.h>
 #include <relief/convert/room.h>
@@ -13,9 +15,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
+#include <cstdlib>
 #include <optional>
-#include <random>
 #include <string>
 #include <thread>
 #include <utility>
@@ -26,52 +27,20 @@ namespace {
 
 using testing::Events;
 
-/// A ball that is to be cut where a point of the surface lies.
-struct Ball {
-  Vec3d low, normal, centre;
-  double radius;
+/// A model, and how many of 25 places may be told: small balls, those of them that are more than 5 % of their depth
+/// off, and large balls.
+struct Subject {
+  std::string file;
+  std::size_t told, off, large;
 };
 
-/// How far a cut misses its ball.
-struct Misses {
-  double left = 0;      ///< clay inside the ball, from it, at most
-  double too_much = 0;  ///< what was cut beyond it, at most
-};
-
-/// Looks from the ball's centre down on what it was to cut. Nothing is taken from the program but where a ray meets a
-/// surface.
-Misses misses(const Snapshot& before, const Snapshot& after, const Ball& ball) {
-  Misses found;
-  const Vec3d side = normalized(std::abs(ball.normal.x) < 0.8 ? cross(ball.normal, Vec3d{1, 0, 0})
-                                                              : cross(ball.normal, Vec3d{0, 1, 0}));
-  const Vec3d across = cross(ball.normal, side);
-  constexpr int kRings = 24, kTurns = 48;
-  for (int ring = 0; ring < kRings; ++ring)
-    for (int turn = 0; turn < kTurns; ++turn) {
-      const double tilt = std::numbers::pi / 2 * (ring + 0.5) / kRings, round = 2 * std::numbers::pi * turn / kTurns;
-      const Vec3d way =
-          -ball.normal * std::cos(tilt) + (side * std::cos(round) + across * std::sin(round)) * std::sin(tilt);
-      const auto was = raycast(before, {ball.centre, way});
-      if (!was || was->distance > ball.radius) continue;
-      // What lies behind the place where the ball is left: the body, as far as it goes, or nothing until it begins.
-      const auto beyond = raycast(before, {ball.centre + way * ball.radius, way});
-      const auto is = raycast(after, {ball.centre, way});
-      if (!beyond) continue;  // an opening of the scan
-      const double next = ball.radius + beyond->distance, reach = is ? std::min(is->distance, next) : next;
-      const bool in_body = dot(beyond->point.normal, way) > 0;
-      found.left = std::max(found.left, ball.radius - reach);
-      if (in_body) found.too_much = std::max(found.too_much, reach - ball.radius);
-    }
-  return found;
-}
-
-class Clay : public ::testing::TestWithParam<std::string> {
+class Clay : public ::testing::TestWithParam<Subject> {
  protected:
   void SetUp() override {
-    if (GetParam() == "sample") {
+    if (GetParam().file == "sample") {
       take(*make_sample("head", 20000));
     } else {
-      RELIEF_DATA_FILE(file, GetParam());
+      RELIEF_DATA_FILE(file, GetParam().file);
       take(*import_mesh(file));
     }
   }
@@ -80,59 +49,26 @@ class Clay : public ::testing::TestWithParam<std::string> {
     ASSERT_TRUE(made) << made.error().message;
     model_ = made->model;
     diagonal_ = model_.info.source_diagonal;
-  }
-  /// A tap with a ball so deep below a place that the centre stands in the open above it, and the ball that it means:
-  /// its axis is the mean normal under the tool. Empty where the place has none.
-  std::optional<std::pair<Stroke, Ball>> random_tap(double radius, double depth) {
-    const Snapshot& model = *model_.head;
-    std::uniform_real_distribution<double> unit(-1, 1);
-    const Box3d box = bounds_of_surface(model);
-    const Vec3d middle = (box.low + box.high) / 2;
-    const Vec3d from = middle + normalized(Vec3d{unit(random_), unit(random_), unit(random_)}) * diagonal_;
-    const Vec3d to = middle + Vec3d{unit(random_), unit(random_), unit(random_)} * (0.2 * diagonal_);
-    const auto hit = raycast(model, {from, normalized(to - from)});
-    if (!hit) return {};
-    const Vec3d low = hit->point.position - hit->point.normal * depth;
-    Stroke stroke;
-    stroke.brush = {.tool = Tool::Carve, .radius = radius, .detail = 1.0 / 40, .exact = true};
-    stroke.tip = true;
-    stroke.points = {{0, low, 1}, {0.1, low, 1}};
-    Editor editor(model_.head);
-    StrokeEngine engine(editor);
-    std::optional<Dab> dab;
-    engine.on_dab([&](const Dab& given, const DabResult&) {
-      if (!dab) dab = given;
-    });
-    engine.begin(stroke.brush, stroke.tip);
-    engine.move(stroke.points);
-    engine.cancel();
-    if (!dab) return {};
-    const Ball ball = {dab->cursor, normalized(dab->normal), dab->cursor + normalized(dab->normal) * radius, radius};
-    const auto down = raycast(model, {ball.centre, -ball.normal}), up = raycast(model, {ball.centre, ball.normal});
-    const bool is_open = down && down->distance < radius && dot(down->point.normal, ball.normal) > 0 &&
-                         (!up || dot(up->point.normal, ball.normal) < 0);
-    return is_open ? std::optional(std::pair{stroke, ball}) : std::nullopt;
+    taps_.emplace(model_.head, diagonal_, 3);
   }
 
   Model model_;
   double diagonal_ = 0;
-  std::mt19937 random_{3};
+  std::optional<testing::Taps> taps_;
 };
 
 /// 25 in each model: what is not told leaves no clay in the ball, and takes none beside it, to 1e-3 of the diagonal.
 TEST_P(Clay, ALargeBallIsCutOrTold) {
   const double radius = 0.06 * diagonal_, depth = 0.03 * diagonal_;
   std::size_t told = 0, places = 0, rooms = 0;
-  Misses worst;
-  while (places < 25) {
-    const auto tap = random_tap(radius, depth);
-    if (!tap) continue;
-    ++places;
+  testing::Misses worst;
+  for (; places < 25; ++places) {
+    const testing::Tap tap = taps_->next(radius, depth);
     Events events;
     DocumentSettings settings = events.settings();
     settings.make_room = room_maker(diagonal_);
     Document document(model_, std::move(settings));
-    testing::post(document, tap->first);
+    testing::post(document, tap.stroke);
     document.settle();
     ASSERT_EQ(events.of<StrokeFinished>().size(), 1U);
     const StrokeResult result = events.of<StrokeFinished>()[0].result;
@@ -141,7 +77,7 @@ TEST_P(Clay, ALargeBallIsCutOrTold) {
     rooms += made.empty() ? 0 : 1;
     const bool is_told = result.limited > 0 || result.missed > 0 || result.beside;
     told += is_told ? 1 : 0;
-    const Misses found = misses(*model_.head, *document.head(), tap->second);
+    const testing::Misses found = misses(*model_.head, *document.head(), tap);
     EXPECT_TRUE(validate(*document.head()));
     if (is_told) continue;
     worst.left = std::max(worst.left, found.left / diagonal_);
@@ -152,60 +88,78 @@ TEST_P(Clay, ALargeBallIsCutOrTold) {
   std::printf(
       "%s: %zu places, room was made for %zu, told %zu; clay left at most %.1e, cut too much at most %.1e of the "
       "diagonal\n",
-      GetParam().c_str(), places, rooms, told, worst.left, worst.too_much);
-  EXPECT_LE(told, places / 2);
+      GetParam().file.c_str(), places, rooms, told, worst.left, worst.too_much);
+  EXPECT_LE(told, GetParam().large);
 }
 
-/// 25 small ones: what is not told misses the ball by no more than a grid of its spacing does.
+/// 25 small ones, 100 in a long run, with room where it is wanted: what is not told misses the ball by no more than a
+/// grid of its spacing does. All are told that are off; more are, which are not.
 TEST_P(Clay, ASmallBallIsCutOrTold) {
   const double radius = 0.005 * diagonal_, depth = 0.003 * diagonal_;
-  std::size_t told = 0;
-  double worst = 0;
-  for (std::size_t places = 0; places < 25;) {
-    const auto tap = random_tap(radius, depth);
-    if (!tap) continue;
-    ++places;
-    Editor editor(model_.head);
-    const StrokeResult result = play(editor, tap->first);
+  const std::size_t places = std::getenv("RELIEF_SOAK") != nullptr ? 100 : 25;
+  std::size_t told = 0, off = 0;
+  double worst = 0, rms = 0;
+  for (std::size_t k = 0; k < places; ++k) {
+    const testing::Tap tap = taps_->next(radius, depth);
+    Events events;
+    DocumentSettings settings = events.settings();
+    settings.make_room = room_maker(diagonal_);
+    Document document(model_, std::move(settings));
+    testing::post(document, tap.stroke);
+    document.settle();
+    const StrokeResult result = events.of<StrokeFinished>().at(0).result;
+    const testing::Misses found = misses(*model_.head, *document.head(), tap);
     if (result.limited > 0 || result.beside) {
       ++told;
+      off += found.rms > 0.05 * depth ? 1 : 0;
       continue;
     }
-    const Misses found = misses(*model_.head, *editor.head(), tap->second);
     worst = std::max({worst, found.left / depth, found.too_much / depth});
+    rms = std::max(rms, found.rms / depth);
   }
-  std::printf("%s: %zu of 25 small balls told; the others miss by at most %.3f of the depth\n", GetParam().c_str(),
-              told, worst);
-  EXPECT_LE(worst, 0.1);
-  EXPECT_LE(told, 12U);
+  std::printf(
+      "%s: of %zu small balls %zu told, %zu of these over 5 %% of the depth off; the others miss by at most %.3f of "
+      "it, "
+      "rms %.3f\n",
+      GetParam().file.c_str(), places, told, off, worst, rms);
+  EXPECT_LE(rms, 0.03);
+  EXPECT_LE(worst, 0.06);
+  EXPECT_LE(told * 25, GetParam().told * places);
+  EXPECT_LE(off * 25, GetParam().off * places);
 }
 
-/// Ten times a cut in one place, each deeper than the last, with finer grids and longer fibres for it. What lies away
-/// from it keeps its bits.
+/// Ten times a cut in one place, each deeper than the last, and after each the command that makes room and detail where
+/// samples stand at the ends of their fibres. What lies away from it keeps its bits.
 TEST_P(Clay, TenRoundsOfCarvingAndRefiningLeaveAllElseToTheBit) {
+  if (GetParam().file == "a_models/head_lps.ply" && std::getenv("RELIEF_SOAK") == nullptr)
+    GTEST_SKIP() << "skipped: most of its fibres have little clay, so each round takes long; ./dev soak runs it";
   const SnapshotPtr before = model_.head;
   const double radius = 0.02 * diagonal_;
-  std::optional<std::pair<Stroke, Ball>> tap;
-  while (!tap) tap = random_tap(radius, 0.25 * radius);
-  const Vec3d place = tap->second.low, up = tap->second.normal;
+  const testing::Tap tap = taps_->next(radius, 0.25 * radius);
+  const Vec3d place = tap.low, up = tap.normal;
   Events events;
-  DocumentSettings settings = events.settings();
-  settings.make_room = room_maker(diagonal_);
-  Document document(model_, std::move(settings));
+  Document document(model_, events.settings());
   std::size_t moved = 0;
-  for (int round = 1; round <= 10; ++round) {
-    Stroke deeper = tap->first;
+  const auto refine_again = [&](const SnapshotPtr& head, const Progress& progress) -> Result<SnapshotPtr> {
+    RELIEF_TRY(const Refined refined, refine({model_.info, head}, RefineWhere::Saturated, progress));
+    moved += refined.fibres_moved;
+    return refined.model.head;
+  };
+  for (std::size_t round = 1; round <= 10; ++round) {
+    Stroke deeper = tap.stroke;
     deeper.brush.detail = kDetail;
-    for (StrokePoint& p : deeper.points) p.position = place - up * (0.7 * radius * (round - 1));
+    for (StrokePoint& p : deeper.points) p.position = place - up * (0.7 * radius * (static_cast<double>(round) - 1));
     testing::post(document, deeper);
+    document.post(ChangeCage{.label = "refine", .details = {}, .make = refine_again});
+    while (events.of<CageChanged>().size() < round) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     document.settle();
     EXPECT_TRUE(validate(*document.head())) << round;
   }
-  for (const RoomEnded& made : events.of<RoomEnded>()) moved += made.fibres;
   EXPECT_GT(moved, 0U);
   const auto rounds = events.of<StrokeFinished>();
   ASSERT_EQ(rounds.size(), 10U);
   for (const StrokeFinished& done : rounds) EXPECT_TRUE(done.result.changed);
+  for (const CageChanged& done : events.of<CageChanged>()) EXPECT_FALSE(done.failed);
   model_.head = document.head();
   const Snapshot& after = *model_.head;
   const SlabMesh &was = before->slab_mesh(), &is = after.slab_mesh();
@@ -227,8 +181,8 @@ TEST_P(Clay, TenRoundsOfCarvingAndRefiningLeaveAllElseToTheBit) {
     EXPECT_TRUE(std::equal(a, a + sample_count(was.intervals(s)), b)) << s;
     ++same;
   }
-  std::printf("%s: %zu fibres moved in ten rounds; %zu of %u slabs compared, %u slabs now\n", GetParam().c_str(), moved,
-              same, was.slab_count(), is.slab_count());
+  std::printf("%s: %zu fibres moved in ten rounds; %zu of %u slabs compared, %u slabs now\n", GetParam().file.c_str(),
+              moved, same, was.slab_count(), is.slab_count());
   EXPECT_GT(2 * same, was.slab_count());
 }
 
@@ -270,8 +224,8 @@ TEST(NewSlabs, TellHowFarTheSurfaceMovedBothWays) {
   EXPECT_GE(refined->moved_max, most);
 }
 
-/// A fine stroke of one second at 1,000 points a second over slabs that are far too coarse for it: how many frames of a
-/// screen at 60 Hz pass without a new snapshot.
+/// A fine stroke of one second at 1,000 points a second over slabs that are far too coarse for it. With the points that
+/// come in a frame of a screen at 60 Hz, readers get a new snapshot, each time.
 TEST(ClayInTime, AFineStrokeIsPublishedAsItGoes) {
   auto made = convert(*make_sample("head", 20000), {});
   ASSERT_TRUE(made) << made.error().message;
@@ -290,39 +244,31 @@ TEST(ClayInTime, AFineStrokeIsPublishedAsItGoes) {
   }
   ASSERT_GT(way.size(), 900U);
   document.post(BeginStroke{.brush = {.radius = 0.005 * diagonal}, .tip = false, .label = {}, .source = 0});
-  using Clock = std::chrono::steady_clock;
-  const auto began = Clock::now();
   std::uint64_t last = document.head()->number();
-  std::size_t publications = 0, frames = 0, missed = 0;
-  bool is_new = false;
-  auto frame_ends = began + std::chrono::microseconds(16'667);
-  for (const StrokePoint& p : way) {
-    std::this_thread::sleep_until(began +
-                                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(p.t)));
-    document.post(MoveStroke{{p}, 0});
-    if (const std::uint64_t now = document.head()->number(); now != last) {
-      last = now;
-      ++publications;
-      is_new = true;
-    }
-    if (Clock::now() < frame_ends) continue;
+  std::size_t frames = 0, missed = 0;
+  constexpr std::size_t kInAFrame = 16;
+  for (std::size_t k = 0; k + kInAFrame <= way.size(); k += kInAFrame) {
+    for (std::size_t p = k; p < k + kInAFrame; ++p) document.post(MoveStroke{{way[p]}, 0});
+    document.settle();
     ++frames;
-    missed += std::exchange(is_new, false) ? 0 : 1;
-    frame_ends += std::chrono::microseconds(16'667);
+    missed += std::exchange(last, document.head()->number()) == document.head()->number() ? 1 : 0;
   }
   document.post(EndStroke{0});
   document.settle();
   const SlabId slabs = document.head()->slab_mesh().slab_count();
-  std::printf("a stroke of 1 s: %zu publications, %zu of %zu frames without one; %u slabs became %u\n", publications,
-              missed, frames, before->slab_mesh().slab_count(), slabs);
+  std::printf("a stroke of 1 s: %zu of %zu frames without a publication; %u slabs became %u\n", missed, frames,
+              before->slab_mesh().slab_count(), slabs);
+  EXPECT_EQ(missed, 0U);
   EXPECT_GT(slabs, before->slab_mesh().slab_count());
   EXPECT_FALSE(events.of<SnapshotChanged>().empty());
   EXPECT_TRUE(validate(*document.head()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, Clay,
-                         ::testing::Values("sample", "a_models/pumpkin.ply", "a_models/head_lps.ply",
-                                           "a_models/bunny.ply", "b_bad/variant/sphere.stl"));
+                         ::testing::Values(Subject{"sample", 2, 1, 3}, Subject{"a_models/pumpkin.ply", 5, 0, 4},
+                                           Subject{"a_models/head_lps.ply", 13, 5, 12},
+                                           Subject{"a_models/bunny.ply", 11, 3, 6},
+                                           Subject{"b_bad/variant/sphere.stl", 0, 0, 0}));
 
 }  // namespace
 }  // namespace relief

@@ -1,7 +1,9 @@
 #include <relief/convert/convert.h>
+#include <relief/convert/refine.h>
 #include <relief/convert/room.h>
 #include <relief/convert/room/fibre_lengthening.h>
 #include <relief/convert/room/solids.h>
+#include <relief/core/detail.h>
 #include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
 #include <relief/edit/editor.h>
@@ -250,6 +252,15 @@ TEST(Room, SaysHowFarFibresHangOver) {
   const auto [made, next] = make(model, place.cut());
   EXPECT_GT(made.overhang_after, 0);
   EXPECT_GE(made.overhang_after, made.overhang_before);
+  // Whoever asked is told, where it is more than a place may miss its tool by.
+  const Result<Room> told = room_maker(kDiagonal)(model, place.cut(), {});
+  ASSERT_TRUE(told);
+  EXPECT_GT(made.overhang_after, Room::kLeastOverhang * kDiagonal);
+  EXPECT_EQ(told->overhang, made.overhang_after);
+  EXPECT_EQ(told->folded, made.folded);
+  const Result<Room> upright = room_maker(kDiagonal)(bumpy_ball(), place_at(*bumpy_ball(), 17, 0.3, 0.01).cut(), {});
+  ASSERT_TRUE(upright);
+  EXPECT_EQ(upright->overhang, 0);
 }
 
 TEST(Room, IsMadeBelowASurfaceThatHasRunOut) {
@@ -440,6 +451,168 @@ TEST(Room, CanBeCancelled) {
       make_room(*model, place_at(*model, 17, 0.3, 0.25).cut(), goals(), {.report = {}, .cancel = &cancel});
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().code, Errc::Cancelled);
+}
+
+Model model_of(const SnapshotPtr& head) {
+  Model model = {.info = {}, .head = head};
+  model.info.source_diagonal = kDiagonal;
+  return model;
+}
+
+std::size_t samples_of(const Snapshot& model) {
+  std::size_t sum = 0;
+  for (const Slab& slab : model.slab_mesh().slabs()) sum += sample_count(slab.intervals);
+  return sum;
+}
+
+// 65 intervals cannot be doubled within a tile, nor halved: the cut alone makes them twice as fine.
+TEST(Refine, AllIsTwiceAsFineWithAnyIntervals) {
+  for (const int n : {15, 16, 65, 128}) {
+    SCOPED_TRACE(n);
+    const SnapshotPtr model = bumpy_ball(1, n);
+    const Result<Refined> fine = refine(model_of(model), RefineWhere::All);
+    ASSERT_TRUE(fine) << fine.error().message;
+    ASSERT_TRUE(fine->model.head);
+    const Snapshot& after = *fine->model.head;
+    expect_sound(after);
+    EXPECT_GT(samples_of(after), 3.5 * static_cast<double>(samples_of(*model)));
+    // It is measured, not taken for granted: where fibres turn, the middle of an edge does not lie on it to the bit.
+    EXPECT_LE(fine->moved_max, 5e-6 * kDiagonal);
+    EXPECT_GT(fine->moved_max, 0);
+    for (SlabId s = 0; s < after.slab_mesh().slab_count(); ++s)
+      EXPECT_EQ(after.slab_mesh().intervals(s) << after.slab_mesh().level(s), 2 * n);
+  }
+}
+
+// Tools fade out before the end of the clay, so no sample stands at the end itself.
+TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
+  const SnapshotPtr model = bumpy_ball();
+  const SurfacePoint on = surface_point(*model, 50, 0.3, 0.3);
+  const auto carve_to = [&](const SnapshotPtr& from, double depth) {
+    Editor editor(from);
+    editor.begin_stroke({.tool = Tool::Carve, .radius = 0.3, .detail = 0});
+    editor.dab({.slab = closest_point(*from, on.position).slab,
+                .contact = on.position,
+                .cursor = on.position - on.normal * depth,
+                .normal = on.normal});
+    return std::pair(editor.end_stroke(), editor.head());
+  };
+  const auto [result, carved] = carve_to(model, 0.4);
+  ASSERT_GT(result.limited, 0U);
+  const Result<Refined> refined = refine(model_of(carved), RefineWhere::Saturated);
+  ASSERT_TRUE(refined) << refined.error().message;
+  EXPECT_GT(refined->saturated_before, 0U);
+  EXPECT_LT(refined->saturated_after, refined->saturated_before);
+  EXPECT_GT(refined->fibres_moved, 0U);
+  ASSERT_TRUE(refined->model.head);
+  expect_sound(*refined->model.head);
+  const auto deepest = [&](const SnapshotPtr& of) {
+    return length(raycast(*of, {on.position + on.normal, -on.normal})->point.position - on.position);
+  };
+  EXPECT_GT(deepest(carve_to(refined->model.head, 0.4).second), 1.3 * deepest(carved));
+  // What no moved fibre is beside keeps its tile.
+  std::size_t shared = 0;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
+    shared += carved->shared_tile(Layer::Displacement, s) == refined->model.head->shared_tile(Layer::Displacement, s);
+  EXPECT_GT(shared, 60U);
+}
+
+// More intervals up to 32, then cuts; the slabs' own fibres stay, and so does the surface. Once done it is done.
+TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
+  for (const int n : {8, 32}) {
+    SCOPED_TRACE(n);
+    const auto twisted = [](Vec3d p) {
+      const double turn = 6 * (length(p) - 1);
+      return Vec3d{p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+    };
+    const SnapshotPtr model =
+        testing::displaced(testing::mapped_shell(*lattice_ball(2, n), twisted), [](Vec3d) { return 0.5; });
+    ASSERT_FALSE(model->slab_mesh().has_detail());
+    // As conversion leaves it where it has made fibres lean: samples lie far apart along them.
+    SnapshotDraft draft(model);
+    for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i)
+          draft.edit(Layer::Displacement, s).plane()[sample_index(n, {i, j})] = static_cast<float>(
+              0.5 + 0.3 * std::sin(9 * model->slab_mesh()
+                                           .corners(s)
+                                           .point({double(n - i - j) / n, double(i) / n, double(j) / n}, 0.5)
+                                           .z));
+    const SnapshotPtr steep = draft.finish();
+    ASSERT_TRUE(validate(*steep));
+    const Result<Refined> refined = refine(model_of(steep), RefineWhere::Saturated);
+    ASSERT_TRUE(refined) << refined.error().message;
+    EXPECT_GT(refined->slabs_leaning, 0U);
+    EXPECT_GT(refined->slabs_finer, 0U);
+    ASSERT_TRUE(refined->model.head);
+    const Snapshot& after = *refined->model.head;
+    EXPECT_TRUE(validate(after));
+    EXPECT_GT(samples_of(after), samples_of(*steep));
+    EXPECT_EQ(after.slab_mesh().has_detail() && after.slab_mesh().slab_count() > steep->slab_mesh().slab_count(),
+              n == 32);
+    EXPECT_EQ(after.slab_mesh().roots_number(), steep->slab_mesh().roots_number());
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int k = 0; k < 2000; ++k) {
+      const auto s = static_cast<SlabId>(random() % after.slab_mesh().slab_count());
+      const double u = unit(random), v = unit(random) * (1 - u);
+      const auto there = heir(after.slab_mesh(), steep->slab_mesh(), {s, u, v, 0});
+      ASSERT_TRUE(there);
+      EXPECT_NEAR(displacement_at(after, s, u, v), displacement_at(*steep, there->slab, there->u, there->v), 2e-7);
+    }
+    const Result<Refined> again = refine(model_of(refined->model.head), RefineWhere::Saturated);
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_EQ(again->slabs_finer, 0U);
+    EXPECT_FALSE(again->model.head);
+  }
+}
+
+// Openings come from the surface that is converted, layers from the nearest place of the old one.
+TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
+  ConvertSettings settings;
+  settings.slabs = 80;
+  settings.intervals = 16;
+  const Result<Conversion> converted = convert(*make_sample("torus", 6000), settings);
+  ASSERT_TRUE(converted) << converted.error().message;
+  Model model = converted->model;
+  const double diagonal = model.info.source_diagonal;
+  const Vec3d rim = closest_point(*model.head, surface_point(*model.head, 20, 0.3, 0.3).position).position;
+  const auto is_open = [&](Vec3d p, double radius) { return length(p - rim) < radius * diagonal; };
+  const auto field = [&](Vec3d p) { return 0.5 + 0.4 * std::sin(6 * p.x / diagonal) * std::cos(5 * p.y / diagonal); };
+  SnapshotDraft draft(testing::with_hole(model.head, [&](Vec3d p) { return is_open(p, 0.08); }));
+  draft.add_layer(Layer::Mask, 16, 0);
+  for (SlabId s = 0; s < draft.base().slab_mesh().slab_count(); ++s) {
+    Tile& tile = draft.edit(Layer::Mask, s);
+    for (int j = 0; j <= 16; ++j)
+      for (int i = 0; i + j <= 16; ++i)
+        tile.set(0, sample_index(16, {i, j}),
+                 static_cast<float>(field(surface_point(draft.base(), s, i / 16.0, j / 16.0).position)));
+  }
+  model.head = draft.finish();
+  ASSERT_TRUE(validate(*model.head));
+  const Result<Refined> refined = refine(model, RefineWhere::Model);
+  ASSERT_TRUE(refined) << refined.error().message;
+  const Snapshot& after = *refined->model.head;
+  EXPECT_TRUE(validate(after));
+  ASSERT_TRUE(after.has(Layer::Mask));
+  ASSERT_TRUE(after.has(Layer::Void)) << "the opening is one still";
+  std::size_t holes = 0, looked = 0;
+  for (SlabId s = 0; s < after.slab_mesh().slab_count(); ++s)
+    for (const double u : {0.1, 0.3, 0.6})
+      for (const double v : {0.1, 0.35}) {
+        const SurfacePoint p = surface_point(after, s, u, v);
+        const double from = length(p.position - rim) / diagonal;
+        if (from < 0.06) {
+          EXPECT_TRUE(hole_at(after, s, u, v)) << from;
+          ++holes;
+        } else if (from > 0.12) {
+          EXPECT_FALSE(hole_at(after, s, u, v)) << from;
+          EXPECT_NEAR(layer_at(after, Layer::Mask, s, u, v, 0), field(p.position), 0.03);
+          ++looked;
+        }
+      }
+  std::printf("%zu places in the opening, %zu outside\n", holes, looked);
+  EXPECT_GT(looked, 300U);
 }
 
 // Leaning fibres and large slabs: what is not told is reached.

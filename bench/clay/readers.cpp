@@ -1,11 +1,15 @@
-// What queries and ticks cost on a model before and after its slabs were cut where it is touched, in one run.
+// What queries, ticks and dabs cost on a model before and after its slabs were cut where it is touched, in one run.
+#include "../dab/strokes.h"
+#include "../timing.h"
+#include "clay.h"
 #include "support/cuts.h"
 #include "support/driver.h"
 #include "support/held_tools.h"
-#include "timing.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -16,17 +20,19 @@
 namespace relief::bench {
 namespace {
 
-constexpr int kTicks = 20'000, kBlock = 500;
+using nlohmann::ordered_json;
+
+constexpr std::size_t kTicks = 20'000, kFewTicks = 1'000, kBlock = 500;
 constexpr double kDeep = 0.01, kStep = 3e-4;  // model units, of which the diagonal has 3.5
 
 double waves(Vec3d p) { return 0.5 + 0.05 * std::sin(5 * p.x) * std::cos(4 * p.y + 3 * p.z); }
 
 /// Cursors on a turn about the model, so deep below its surface.
-std::vector<Vec3d> turn(const Snapshot& model, double deep) {
+std::vector<Vec3d> turn(const Snapshot& model, double deep, std::size_t ticks) {
   std::vector<Vec3d> way;
-  way.reserve(kTicks);
-  for (int k = 0; k < kTicks; ++k) {
-    const double t = kStep * k;
+  way.reserve(ticks);
+  for (std::size_t k = 0; k < ticks; ++k) {
+    const double t = kStep * static_cast<double>(k);
     const Vec3d out = normalized(Vec3d{std::cos(t), 0.3 * std::sin(3 * t), std::sin(t)});
     way.push_back(out * (length(raycast(model, {out * 2, -out})->point.position) - deep));
   }
@@ -108,53 +114,60 @@ std::vector<std::vector<double>> timed(const Question& question, const std::vect
   return took;
 }
 
-double at(std::vector<double> values, double share) {
-  std::ranges::sort(values);
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))] * 1e6;
+/// A model, and one that is not cut and has the same spacing.
+struct Case {
+  const char* name;
+  SnapshotPtr model, beside;
+};
+
+/// Median seconds of carving dabs of some 1,000 samples, over rounds in turns; first of the one, then of the other.
+std::array<double, 2> dabs_of(const Case& of, const std::vector<Vec3d>& way, int rounds) {
+  constexpr double kRadius = 0.12;  // model units: some 1,000 samples on grids like these
+  constexpr int kStrokes = 6, kDabs = 30;
+  std::array<std::vector<double>, 2> took;
+  for (int round = 0; round < rounds; ++round)
+    for (const std::size_t k : {0U, 1U}) {
+      const SnapshotPtr& model = k == 0 ? of.model : of.beside;
+      std::vector<SurfacePoint> starts;
+      for (std::size_t place = 0; place < kStrokes; ++place)
+        starts.push_back(closest_point(*model, way[place * way.size() / kStrokes]));
+      took[k].push_back(median(run_strokes(model, starts, Tool::Carve, kRadius, kDabs).seconds));
+    }
+  return {median(took[0]), median(took[1])};
 }
 
-void run(const std::string& only) {
+}  // namespace
+
+ordered_json measure_readers(Extent extent) {
+  const bool form = extent == Extent::Form;
   const SnapshotPtr model = testing::displaced(testing::sphere_shell(2, 32), waves);
-  const std::vector<Vec3d> way = turn(*model, kDeep);
+  const std::vector<Vec3d> way = turn(*model, kDeep, form ? kFewTicks : kTicks);
   const auto finer = [&](int n) {
     Detail grids;
     for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) grids.grids.push_back({Layer::Displacement, s, n});
     return *with_detail(model, grids);
   };
-  // The same spacing each time, as it is and after cuts.
-  struct Case {
-    std::string name;
-    SnapshotPtr model;
-    std::size_t beside;  ///< number of the one that is not cut
+  const SnapshotPtr fine = finer(64), finest = finer(128);
+  const std::vector<Case> all = {{"cut once, n 16, beside n 32", cut_along(model, way, 1, 0), model},
+                                 {"cut twice, n 8, beside n 32", cut_along(model, way, 2, 0), model},
+                                 {"cut once, n 32, beside n 64", cut_along(model, way, 1, 32), fine},
+                                 {"cut twice, n 32, beside n 128", cut_along(model, way, 2, 32), finest}};
+  ordered_json figures = ordered_json::array();
+  const auto add = [&](const std::string& what, const char* on, double is, double beside) {
+    ordered_json made = figure(what + " on cut slabs", on, is / beside, "times", at_most(1.1), "thread CPU");
+    made["more"] = {{"us", 1e6 * is}, {"uncut, us", 1e6 * beside}};
+    figures.push_back(std::move(made));
   };
-  const std::vector<Case> all = {{"n 32", model, 0},
-                                 {"cut once, n 16", cut_along(model, way, 1, 0), 0},
-                                 {"cut twice, n 8", cut_along(model, way, 2, 0), 0},
-                                 {"n 64", finer(64), 3},
-                                 {"cut once, n 32", cut_along(model, way, 1, 32), 3},
-                                 {"n 128", finer(128), 5},
-                                 {"cut twice, n 32", cut_along(model, way, 2, 32), 5}};
-  std::vector<SnapshotPtr> models;
-  for (const Case& one : all) models.push_back(one.model);
-  fmt::print("thread CPU in us: p50, p99.9, mean, and as shares of those not cut\n");
-  for (const Question& question : questions()) {
-    if (!only.empty() && question.name != only) continue;
-    const auto took = timed(question, models, way);
-    const auto mean = [&](std::size_t m) {
-      double sum = 0;
-      for (const double t : took[m]) sum += t;
-      return sum / static_cast<double>(took[m].size()) * 1e6;
-    };
-    for (std::size_t m = 0; m < models.size(); ++m)
-      fmt::print("{:18} {:18} {:6} slabs {:8.3f} {:8.3f} {:8.3f}   {:5.2f} {:5.2f} {:5.2f}\n", question.name,
-                 all[m].name, models[m]->slab_mesh().slab_count(), at(took[m], 0.5), at(took[m], 0.999), mean(m),
-                 at(took[m], 0.5) / at(took[all[m].beside], 0.5), at(took[m], 0.999) / at(took[all[m].beside], 0.999),
-                 mean(m) / mean(all[m].beside));
+  for (const Question& question : questions())
+    for (const Case& one : all) {
+      const auto took = timed(question, {one.model, one.beside}, way);
+      add(question.name, one.name, median(took[0]), median(took[1]));
+    }
+  for (const Case& one : all) {
+    const auto [is, beside] = dabs_of(one, way, form ? 1 : 5);
+    add("dab", one.name, is, beside);
   }
+  return figures;
 }
 
-}  // namespace
 }  // namespace relief::bench
-
-/// The name of a question, or none: all of them.
-int main(int count, char** arguments) { relief::bench::run(count > 1 ? arguments[1] : ""); }
