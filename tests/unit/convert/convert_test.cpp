@@ -801,7 +801,7 @@ TEST(Convert, SaysWhatCollapsed) {
                            doubled.triangles.begin() + std::ptrdiff_t(once));
   const auto halved = convert(doubled, few(40, 0));
   ASSERT_TRUE(halved) << halved.error().message;
-  ASSERT_EQ(halved->report.notes.size(), 1U);
+  ASSERT_GE(halved->report.notes.size(), 1U);
   const std::string& twice = halved->report.notes.front();
   EXPECT_NE(twice.find(std::to_string(once) + " of " + std::to_string(2 * once)), std::string::npos) << twice;
   EXPECT_NE(twice.find("more than once"), std::string::npos) << twice;
