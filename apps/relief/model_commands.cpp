@@ -260,10 +260,10 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                       {"to_skin", r.remesh->to_skin}, {"from_skin", r.remesh->from_skin},
                       {"smooth", r.remesh->is_smooth}};
   if (r.skin)
-    json["skin"] = {{"dropped", r.skin->dropped},       {"cut", r.skin->cut},
-                    {"coincident", r.skin->coincident}, {"repaired", r.skin->repaired},
-                    {"moved_most", r.skin->moved_most}, {"crossing", r.skin->crossing},
-                    {"specks", r.skin->specks}};
+    json["skin"] = {{"dropped", r.skin->dropped},   {"open_parts", r.skin->open_parts},
+                    {"cut", r.skin->cut},           {"coincident", r.skin->coincident},
+                    {"repaired", r.skin->repaired}, {"moved_most", r.skin->moved_most},
+                    {"crossing", r.skin->crossing}, {"specks", r.skin->specks}};
   json["mended"] = {{"moved_vertices", r.moved_vertices},      {"moved_most", r.moved_most},
                     {"parted_vertices", r.parted_vertices},    {"replaced_triangles", r.replaced_triangles},
                     {"vanished_parts", r.vanished_parts},      {"specks", r.specks},
@@ -314,12 +314,9 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 std::size_t memory_limit(const TriangleMesh& source) { return (std::size_t{64} << 20) + 300 * source.triangles.size(); }
 
 /// A file that does not say its unit counts as mm. Scans in metres show by their size: less than 5 mm across, or more
-/// than 20 m, is rarely what stood before the scanner.
-void add_doubt_of_size(const TriangleMesh& mesh, std::vector<std::string>& notes) {
+/// than 20 m, is rarely what stood before the scanner. `across`: without what lies far off.
+void add_doubt_of_size(double across, std::vector<std::string>& notes) {
   constexpr double kSmall = 5, kLarge = 20'000;  // mm
-  Box3d box;
-  for (const Vec3d p : mesh.positions) box.add(p);
-  const double across = mesh.empty() ? kSmall : diagonal(box);
   if (across >= kSmall && across <= kLarge) return;
   notes.push_back(
       fmt::format("the file does not say its unit, and {:.3g} mm across would be {}: give --unit m, cm or in if it is "
@@ -359,11 +356,12 @@ Status run_convert(ConvertOptions& o, const Context& context) {
         o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
     o.settings.sample_memory = memory_limit(source) / 6;
     notes = std::move(source.notes);
-    if (o.unit.empty() && !source.unit) add_doubt_of_size(source, notes);
+    const bool is_unit_known = !o.unit.empty() || source.unit;
     auto converted = convert(std::move(source), o.settings, context.progress);
     // The library does not know the file's name, the user's sentence needs it.
     if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
     made = std::move(*converted);
+    if (!is_unit_known) add_doubt_of_size(made.model.info.source_diagonal, notes);
     phases.insert(phases.end(), made.report.phases.begin(), made.report.phases.end());
     watch = {};
     // The mended source is on the disk, or was not asked for, when the verifier takes it.

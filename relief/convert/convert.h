@@ -139,6 +139,8 @@ struct ConvertReport {
   struct Skin {
     std::size_t cut = 0;         ///< triangles of which parts lie inside
     std::size_t dropped = 0;     ///< that lie inside as a whole
+    std::size_t open_parts = 0;  ///< parts with openings of which nothing is left: they lay inside of others
+    Vec3d open_near = {};        ///< a point of the first of them, model units
     std::size_t coincident = 0;  ///< pieces of triangles that lay on others
     std::size_t repaired = 0;    ///< points moved where the cuts left slivers or rounding made faces cross
     double moved_most = 0;       ///< share of the diagonal

@@ -34,6 +34,9 @@ using CagePtr = std::shared_ptr<const SlabMesh>;
 // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal; more where sheets
 // have to be pushed apart.
 constexpr double kFarthest = 2e-3;
+// How far points that coincide, as where corners or edges of solids touch, are moved off each other, share of the
+// diagonal: a tenth of the error that is aimed at.
+constexpr double kApart = 0.1 * kUsualError;
 // No wider than this, share of the diagonal, a component that has no shell is left out: it is finer than the error that
 // is aimed at.
 constexpr double kSpeck = kUsualError;
@@ -97,6 +100,7 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
         {.target = static_cast<std::size_t>(settings.slabs),
          .limits = {.longest = kWhileMade * settings.thickness * share,
                     .farthest = kFarthest * share,
+                    .apart = kApart * share,
                     .speck = kSpeck * share},
          .longest = settings.thickness * share,
          .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? kTolerances.size() : 1),
@@ -239,7 +243,6 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   report.replaced_near = lattice.to_model(repairs.replaced_place);
   report.vanished_parts = repairs.vanished_components;
   report.skin = closed.skin;
-  report.closed_openings = closed.openings;
   report.specks = specks;
   report.left_out = std::move(left_out);
   report.lattice_step = lattice.step / diagonal;
@@ -269,6 +272,13 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   for (Face& t : mended.triangles)
     for (std::uint32_t& v : t) v = number[v];
   report.phantom_triangles = mended.triangles.size() - ground.phantom_from;
+  report.closed_openings = closed.openings;
+  if (closed.skin) {
+    // What it dropped takes its openings along.
+    const auto fill = std::span(mended.triangles).subspan(ground.phantom_from);
+    report.closed_openings =
+        std::min<std::size_t>(closed.openings, find_components(mended.positions.size(), fill).count);
+  }
   ground.mesh = Paged(std::move(mended), ground.mesh.pages());
   return *mesh;
 }

@@ -35,6 +35,18 @@ constexpr double kShortOfClay = 0.01;
 /// Adds a clause to a list that "; " parts.
 void add(std::string& list, const std::string& clause) { list += (list.empty() ? "" : "; ") + clause; }
 
+std::string vertices(std::size_t count) { return std::to_string(count) + (count == 1 ? " vertex" : " vertices"); }
+
+/// "was" or "were".
+std::string was(std::size_t count) { return count == 1 ? " was" : " were"; }
+
+std::string of_diagonal(double share, const char* format) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), format, share);
+  return text.data() + std::string(" of the diagonal");
+}
+
+/// What is missing of the source's visible area is told beside it: where some is, it is not said that nothing went.
 std::string removed(const ConvertReport& report, const ModelInfo& info) {
   std::string text;
   if (report.strays.components > 0)
@@ -45,11 +57,15 @@ std::string removed(const ConvertReport& report, const ModelInfo& info) {
   if (report.dropped_parts > 0) add(text, "the smallest " + counted(report.dropped_parts, "part"));
   if (report.skin && report.skin->dropped > 0)
     add(text, counted(report.skin->dropped, "triangle") + " inside of other parts");
+  if (report.skin && report.skin->open_parts > 0)
+    add(text, counted(report.skin->open_parts, "open part") + " inside of others, near " +
+                  place_in(report.skin->open_near, info));
   if (report.skin && report.skin->specks > 0) add(text, counted(report.skin->specks, "sliver") + " that cuts left");
   if (report.vanished_parts > 0) add(text, counted(report.vanished_parts, "part") + " with what was cut out");
   if (report.remesh && report.remesh->crumbs > 0)
     add(text, counted(report.remesh->crumbs, "part") + " of a few voxels");
-  return text.empty() ? "nothing was removed" : "removed: " + text;
+  if (!text.empty()) return "removed: " + text;
+  return report.coverage.share < 1 ? "" : "nothing was removed";
 }
 
 /// Why it is tolerant: no slabs have a proof, or it would speak of something else than the source; or else what kept it
@@ -100,7 +116,7 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
   if (coverage.share < 1)
     text += ", but " + percent(1 - coverage.share) + " of what can be seen of it is missing, as near " +
             place_in(coverage.missing_near, info);
-  text += "; " + removed(report, info);
+  if (const std::string gone = removed(report, info); !gone.empty()) text += "; " + gone;
   if (report.replaced_triangles > 0)
     text += "; patched: " + counted(report.replaced_triangles, "triangle") + ", at most " +
             distance(report.replaced_widest, info) + " across, near " + place_in(report.replaced_near, info);
@@ -108,11 +124,23 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
     text += "; " + counted(report.skin->cut, "triangle") + " cut where parts overlap";
   if (report.closed_openings > 0) text += "; " + counted(report.closed_openings, "opening") + " left open";
   if (report.moved_vertices > 0)
-    text += "; " + std::to_string(report.moved_vertices) + (report.moved_vertices == 1 ? " vertex" : " vertices") +
-            " moved by at most " + distance(report.moved_most, info);
+    text += "; " + vertices(report.moved_vertices) + " moved by at most " + distance(report.moved_most, info);
   if (const std::string lost = given_up(report, info); !lost.empty()) text += "; " + lost;
   return text;
 }
+
+namespace {
+
+/// What may lead to a certificate where nobody asked to do without; a sentence.
+std::string remedy_of_tolerant(const ConvertReport& report) {
+  if (!report.remesh) return "--remesh, which rebuilds the source as a solid, may lead to a certificate";
+  const double voxel = report.remesh->voxel;
+  const std::string finer = "smaller voxels keep more of the source: --remesh " + rounded(voxel / 2);
+  if (!is_of_the_source(report)) return finer;
+  return "larger voxels may lead to a certificate, but keep less detail: --remesh " + rounded(2 * voxel);
+}
+
+}  // namespace
 
 std::string remedy(Mode mode, bool is_remeshed) {
   if (mode == Mode::Tolerant) return "try more --slabs or a smaller --thickness";
@@ -125,30 +153,23 @@ std::string to_string(const ConvertReport& report) {
   if (!text.empty() && text.back() != '\n') text += '\n';
   if (report.remesh) {
     const ConvertReport::Remesh& r = *report.remesh;
-    std::snprintf(line.data(), line.size(), "remeshed with voxels of %.2e of the diagonal\n", r.voxel);
-    text += line.data();
-    if (r.sheets > 0) text += std::to_string(r.sheets) + " parts that close nothing off became sheets of two voxels\n";
-    if (r.crumbs > 0) text += std::to_string(r.crumbs) + " parts of a few voxels were left out\n";
+    text += "remeshed with voxels of " + of_diagonal(r.voxel, "%.2e") + "\n";
+    if (r.sheets > 0)
+      text += counted(r.sheets, "part") + (r.sheets == 1 ? " that closes" : " that close") + " nothing off became " +
+              (r.sheets == 1 ? "a sheet" : "sheets") + " of two voxels\n";
+    if (r.crumbs > 0) text += counted(r.crumbs, "part") + " of a few voxels" + was(r.crumbs) + " left out\n";
   }
+  text += counted(report.source_triangles, "triangle") + " became " + counted(report.slabs, "slab") + "\n";
   std::snprintf(line.data(), line.size(),
-                "%zu triangles became %zu slabs\n"
                 "%zu fibres: %zu meet the source once, %zu never, %zu several times\n"
                 "distance, of the diagonal (rms, greatest): to the mended source %.2e, %.2e; back %.2e, %.2e\n"
                 "  to the source as read %.2e, %.2e; back %.2e, %.2e\n"
                 "thickness, of the diagonal: least %.2e, median %.2e\n",
-                report.source_triangles, report.slabs, report.fibres_cast, report.hits_single, report.hits_none,
-                report.hits_several, report.to_mended.rms, report.to_mended.max, report.from_mended.rms,
-                report.from_mended.max, report.to_source.rms, report.to_source.max, report.from_source.rms,
-                report.from_source.max, report.thickness_min, report.thickness_median);
+                report.fibres_cast, report.hits_single, report.hits_none, report.hits_several, report.to_mended.rms,
+                report.to_mended.max, report.from_mended.rms, report.from_mended.max, report.to_source.rms,
+                report.to_source.max, report.from_source.rms, report.from_source.max, report.thickness_min,
+                report.thickness_median);
   text += line.data();
-  if (report.error_asked && report.slabs_too_coarse > 0) {
-    std::snprintf(
-        line.data(), line.size(),
-        "%zu of %zu slabs miss the target of %.2g of the diagonal, by at most %.2g; more --slabs or --samples "
-        "128 help\n",
-        report.slabs_too_coarse, report.slabs, report.error, report.too_coarse_most - report.error);
-    text += line.data();
-  }
   if (report.slabs > report.slabs_asked)
     text += std::to_string(report.slabs_asked) +
             " slabs were the target: no way was found to keep the mode with fewer than " +
@@ -158,30 +179,23 @@ std::string to_string(const ConvertReport& report) {
   if (report.parts.count > 1)
     for (const ConvertReport::Parts::Obstacle& part : report.parts.obstacles)
       text += "  part " + std::to_string(part.part) + " of " + std::to_string(report.parts.count) + ", " +
-              std::to_string(part.triangles) + " triangles: " + part.reason + ", first near " + place(part.near) + "\n";
-  if (report.moved_vertices > 0) {
-    std::snprintf(line.data(), line.size(), "%zu source vertices moved by at most %.2e of the diagonal\n",
-                  report.moved_vertices, report.moved_most);
-    text += line.data();
-  }
+              counted(part.triangles, "triangle") + ": " + part.reason + ", first near " + place(part.near) + "\n";
+  if (report.moved_vertices > 0)
+    text += vertices(report.moved_vertices) + " of the source moved by at most " +
+            of_diagonal(report.moved_most, "%.2e") + "\n";
   if (report.closed_openings > 0)
     text += counted(report.closed_openings, "opening") + " closed with fill triangles; samples on them are void\n";
-  if (report.skin && report.skin->repaired > 0) {
-    std::snprintf(line.data(), line.size(),
-                  "%zu points of the cuts moved by at most %.2e of the diagonal, where these left slivers\n",
-                  report.skin->repaired, report.skin->moved_most);
-    text += line.data();
-  }
+  if (report.skin && report.skin->repaired > 0)
+    text += counted(report.skin->repaired, "point") + " of the cuts moved by at most " +
+            of_diagonal(report.skin->moved_most, "%.2e") + ", where these left slivers\n";
   if (report.parted_vertices > 0)
-    text += std::to_string(report.parted_vertices) + (report.parted_vertices == 1 ? " vertex was" : " vertices were") +
+    text += vertices(report.parted_vertices) + was(report.parted_vertices) +
             " moved off others that lay there, or nearer than the lattice can tell apart\n";
-  if (report.replaced_triangles > 0) {
-    std::snprintf(line.data(), line.size(),
-                  "%zu triangles cut out and closed with patches, where the source met itself, folded or was seen from "
-                  "no side, and around there; the widest hole was %.2e of the diagonal wide, near %s\n",
-                  report.replaced_triangles, report.replaced_widest, place(report.replaced_near).c_str());
-    text += line.data();
-  }
+  if (report.replaced_triangles > 0)
+    text += counted(report.replaced_triangles, "triangle") +
+            " cut out and closed with patches, where the source met itself, folded or was seen from no side, and "
+            "around there; the widest hole was " +
+            of_diagonal(report.replaced_widest, "%.2e") + " wide, near " + place(report.replaced_near) + "\n";
   if (report.vanished_parts > 0) text += counted(report.vanished_parts, "part") + " went with what was cut out\n";
   if (report.dropped_parts > 0)
     text += "without " + counted(report.dropped_parts, "part") + ", the smallest: more slabs would hold them\n";
@@ -206,20 +220,32 @@ std::string collapsed(const ConvertReport& report) {
   const std::size_t triangles = report.given_triangles;
   const std::size_t flat = report.repair.degenerate_triangles, twice = report.repair.duplicate_triangles;
   if (double(flat + twice) <= kMany * double(triangles)) return {};
-  const std::string of_all = " of " + std::to_string(triangles) + " triangles ";
+  const std::string of_all = " of " + counted(triangles, "triangle");
   if (twice > flat)
     return std::to_string(twice) + of_all +
-           "have the same corners as another and were left out: the file has these faces more than "
-           "once";
+           (twice == 1 ? " has the same corners as another and was" : " have the same corners as another and were") +
+           " left out: the file has such faces more than once";
   return std::to_string(flat + twice) + of_all +
-         "have no area or coincide: the file's coordinates may be too coarse for the shape, as far "
+         (flat + twice == 1 ? " has no area or coincides" : " have no area or coincide") +
+         ": the file's coordinates may be too coarse for the shape, as far "
          "from the origin";
 }
 
 std::string left_out(const ConvertReport::LeftOut& speck, double step, const ModelInfo& info) {
-  return "a part of " + std::to_string(speck.triangles) + " triangles at " + place_in(speck.near, info) + ", only " +
+  return "a part of " + counted(speck.triangles, "triangle") + " at " + place_in(speck.near, info) + ", only " +
          number(speck.across) + " of the diagonal across, was left out: on the lattice, whose step is " + number(step) +
          " of it, " + speck.reason;
+}
+
+/// That the error requested, or the usual one, is not kept everywhere, how far off the model lies there, and what
+/// helps.
+std::string missed_error(const ConvertReport& report, std::size_t mended_triangles, const ModelInfo& info) {
+  const std::string aim = report.error_asked ? "--error " + number(report.error)
+                                             : "the usual error of " + number(report.error) + " of the diagonal";
+  const bool has_more = report.slabs < mended_triangles;
+  return aim + ", " + distance(report.error, info) + ", is not kept in " + std::to_string(report.slabs_too_coarse) +
+         " of " + counted(report.slabs, "slab") + ": between samples their surface lies up to " +
+         distance(report.too_coarse_most, info) + " off" + (has_more ? "; more --slabs bring it nearer" : "");
 }
 
 }  // namespace
@@ -234,21 +260,22 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
   note(collapsed(report));
   if (report.strays.components > 0)
     note(counted(report.strays.triangles, "triangle") + " in " + counted(report.strays.components, "part") +
-         " that lie farther off than ten times the rest is across, the farthest " + rounded(report.strays.away) +
-         " times, near " + place_in(report.strays.near, info) + ", were left out");
+         (report.strays.components == 1 ? " that lies" : " that lie") +
+         " farther off than ten times the rest is across, the farthest " + rounded(report.strays.away) +
+         " times, near " + place_in(report.strays.near, info) + "," + was(report.strays.triangles) + " left out");
   if (report.split_high_valence > 0)
-    note(std::to_string(report.split_high_valence) +
-         " vertices had very many triangles around them, which rings divide now; the surface stays within the rounding "
-         "of the "
+    note(vertices(report.split_high_valence) +
+         " had very many triangles around, which rings divide now; the surface stays within the rounding of the "
          "lattice");
   if (report.truncated_spikes > 0)
-    note(std::to_string(report.truncated_spikes) + (report.truncated_spikes == 1 ? " vertex" : " vertices") +
+    note(vertices(report.truncated_spikes) +
          " had faces without a common front-facing direction and long edges: the tips, at most 0.002 of the diagonal "
          "long, were cut off "
          "and closed with patches");
   for (const ConvertReport::LeftOut& speck : report.left_out) note(left_out(speck, report.lattice_step, info));
   if (report.specks > report.left_out.size())
-    note(std::to_string(report.specks - report.left_out.size()) + " more such parts were left out");
+    note(std::to_string(report.specks - report.left_out.size()) + " more such" +
+         (report.specks - report.left_out.size() == 1 ? " part was" : " parts were") + " left out");
   if (report.slabs < report.slabs_asked && mended_triangles < report.slabs_asked)
     note("--slabs " + asked + " is more than the " + std::to_string(mended_triangles) +
          " triangles of the mended source, and slabs are no smaller than these: there are " + slabs);
@@ -269,14 +296,14 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
   if (report.is_fewest && report.fewest.slabs <= report.slabs_asked)
     note("no fewer than " + slabs + " slabs were found with fibres of at most " + number(settings.thickness) +
          " of the diagonal: a greater --thickness may allow fewer");
-  if (report.error_asked && report.slabs_too_coarse > 0)
-    note("--error " + number(report.error) + " is not kept in " + counted(report.slabs_too_coarse, "slab") +
-         ", which n up to " + std::to_string(kMaxIntervals) + " brings no nearer than " +
-         number(report.too_coarse_most) + "; more --slabs may");
+  if (settings.intervals == 0 && report.slabs_too_coarse > 0) note(missed_error(report, mended_triangles, info));
   if (settings.intervals > 0 && report.slabs_too_coarse > 0)
     note("--samples " + std::to_string(settings.intervals) + " loses detail in " +
          percent(double(report.slabs_too_coarse) / double(report.slabs)) + " of the slabs, which lie up to " +
          rounded(report.too_coarse_most) + " of the diagonal off; give more, or leave it out");
+  if (report.repair.corners_on_edges > 0 && !report.remesh)
+    note("where sheets lie along each other without common corners, --remesh joins them");
+  if (info.mode == Mode::Tolerant && !settings.mode) note(remedy_of_tolerant(report));
   return notes;
 }
 

@@ -22,6 +22,23 @@ void drop_specks(Skinned& skinned, const std::vector<Obstacle>& specks) {
   skinned.report->specks += specks.size();
 }
 
+/// Parts with fill triangles of which a skin has nothing.
+struct OpenParts {
+  std::size_t count = 0;
+  LatticePoint near;  ///< of the first
+};
+OpenParts open_parts_without(const ClosedSource& given, const Components& parts,
+                             const std::vector<std::uint32_t>& in_skin) {
+  std::vector<std::uint8_t> is_done(parts.count, 0);
+  for (const std::uint32_t part : in_skin) is_done[part] = 1;
+  OpenParts found;
+  for (std::size_t f = 0; f < given.faces.size(); ++f) {
+    if (given.phantom[f] == 0 || std::exchange(is_done[parts.of_face[f]], 1) != 0) continue;
+    if (found.count++ == 0) found.near = given.points[given.faces[f][0]];
+  }
+  return found;
+}
+
 }  // namespace
 
 bool asks_for_skin(const ClosedSource& source, bool is_last, const Progress& progress) {
@@ -46,8 +63,11 @@ Skinned take_skin(ClosedSource&& given, const Lattice& lattice, double of_diagon
   Skinned skinned{std::move(skin->source), std::move(skin->from), std::vector<std::uint32_t>(of_skin.count, 0)};
   for (std::size_t f = skinned.face_of.size(); f-- > 0;)
     skinned.part_of[of_skin.of_face[f]] = parts.of_face[skinned.face_of[f]];
+  const OpenParts gone = open_parts_without(given, parts, skinned.part_of);
   skinned.report = {.cut = skin->cut,
                     .dropped = skin->dropped,
+                    .open_parts = gone.count,
+                    .open_near = lattice.to_model(gone.near),
                     .coincident = skin->coincident,
                     .repaired = skin->repaired,
                     .moved_most = skin->moved_most * of_diagonal,

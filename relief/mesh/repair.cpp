@@ -1169,9 +1169,9 @@ std::string to_string(const RepairReport& report) {
        "edges cut because their parts cannot be oriented");
   line(report.corners_on_edges,
        "corner of an open edge lies on another open edge, within 1e-06 of the diagonal: sheets lie along each other "
-       "without common corners there; --remesh closes that",
+       "without common corners there",
        "corners of open edges lie on other open edges, within 1e-06 of the diagonal: sheets lie along each other "
-       "without common corners there; --remesh closes that");
+       "without common corners there");
   if (!text.empty()) text.pop_back();
   return text;
 }

@@ -3,7 +3,7 @@
 
 namespace relief::detail {
 
-Components find_components(std::size_t point_count, const std::vector<Face>& faces) {
+Components find_components(std::size_t point_count, std::span<const Face> faces) {
   DisjointSets sets(point_count);
   for (const Face& f : faces)
     for (std::size_t k = 1; k < 3 && f[0] < point_count; ++k) sets.join(f[0], f[k]);

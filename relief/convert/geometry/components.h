@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace relief::detail {
@@ -15,6 +16,6 @@ struct Components {
   std::vector<std::uint32_t> of_face;
   std::uint32_t count = 0;
 };
-[[nodiscard]] Components find_components(std::size_t point_count, const std::vector<Face>& faces);
+[[nodiscard]] Components find_components(std::size_t point_count, std::span<const Face> faces);
 
 }  // namespace relief::detail

@@ -399,7 +399,7 @@ std::size_t truncate(Prepared& result, std::vector<LatticePoint>& start, Spikes&
   --spikes.turns_left;
   result.repairs.truncated_spikes += truncated;
   start = result.source.points;
-  result.repairs.parted_points = separate_coincident_points(result.source, limits.farthest);
+  result.repairs.parted_points = separate_coincident_points(result.source, limits.apart);
   return truncated;
 }
 
@@ -420,7 +420,7 @@ Prepared prepare(ClosedSource given, const PrepareLimits& limits, const Progress
   result.source = std::move(given);
   if (!split_high_valences(result)) return result;
   std::vector<LatticePoint> start = result.source.points;
-  result.repairs.parted_points = separate_coincident_points(result.source, limits.farthest);
+  result.repairs.parted_points = separate_coincident_points(result.source, limits.apart);
   Spikes spikes;
   bool is_new = true;  // since sheets were pushed apart in vain
   for (const Remedy remedy : kRemedies) {

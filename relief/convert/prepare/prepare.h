@@ -21,6 +21,7 @@ struct PrepareLimits {
   double longest = 0;    ///< fibre that the shell may have
   double farthest = 0;   ///< how far a source vertex may be moved; four times as far where sheets are pushed apart and
                          ///< less does not do
+  double apart = 0;      ///< how far points that coincide are moved off each other at most
   bool creased = false;  ///< surfaces were cut where they cross: fibres stay longer in the sharp creases there
   double speck = 0;      ///< components no wider than this that have defects are named, and nothing is cut out of them
 };

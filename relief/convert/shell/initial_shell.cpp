@@ -135,6 +135,7 @@ Box3d InitialShell::box(std::uint32_t f) const noexcept {
 void InitialShell::test(std::uint32_t f, bool source_is_new) {
   // At a needle or a knife edge it is short fibres that have no room beside the source: the others give way first.
   constexpr float kTall = 16;  // times the other fibres of its face
+  constexpr std::uint8_t kBothSides = (1U << kInner) | (1U << kOuter);
   const SlabShape mine(triangle(f, kInner), triangle(f, kOuter));
   const SourceTriangle own = source_.triangle(f);
   const auto adjacent = [&](std::uint32_t face, std::uint32_t other) {
@@ -149,6 +150,18 @@ void InitialShell::test(std::uint32_t f, bool source_is_new) {
         std::atomic_ref(blamed_[v]).fetch_or(static_cast<std::uint8_t>(1U << side), std::memory_order_relaxed);
     std::atomic_ref(faulty_[face]).fetch_or(kFault, std::memory_order_relaxed);
   };
+  // Beside a fibre that had to be very short a tall one prevails in all of a slab: where that one sees the back of a
+  // triangle around the short one, it is the tall one that has to give way, not the source.
+  const auto lower_the_tallest = [&](std::uint32_t face) {
+    const auto height_of = [&](std::uint32_t v) { return heights_[v][kInner] + heights_[v][kOuter]; };
+    const auto [low, high] = std::ranges::minmax(source_.faces[face], {}, height_of);
+    if (!may_shrink() || !(height_of(high) > kTall * height_of(low))) return false;
+    for (const std::uint32_t v : source_.faces[face])
+      if (height_of(v) > kTall * height_of(low))
+        std::atomic_ref(blamed_[v]).fetch_or(kBothSides, std::memory_order_relaxed);
+    std::atomic_ref(faulty_[face]).fetch_or(kFault, std::memory_order_relaxed);
+    return true;
+  };
   const auto judge = [&](std::uint32_t face, std::uint32_t triangle, Meeting meeting) {
     if (meeting == Meeting::Outer) found(face, kOuter);
     if (meeting == Meeting::Inner) found(face, kInner);
@@ -156,7 +169,7 @@ void InitialShell::test(std::uint32_t f, bool source_is_new) {
     if (face == triangle || can_shrink(face, adjacent(face, triangle) ? face : triangle)) {
       found(face, kOuter);
       found(face, kInner);
-    } else {
+    } else if (!lower_the_tallest(face)) {
       std::atomic_ref(faulty_[face]).fetch_or(kFold, std::memory_order_relaxed);
     }
   };

@@ -181,18 +181,21 @@ void split_doubled_edges(SkinDraft& draft, std::vector<std::uint32_t>& twins) {
     }
 }
 
-/// Faces of which some are kept, and those that are kept in part.
-void count_faces(const FaceArrangement& arrangement, const Boundary& boundary, std::size_t given, OuterSkin& skin) {
+/// Faces of which some are kept, and those that are kept in part; patches are none of the source's.
+void count_faces(const FaceArrangement& arrangement, const Boundary& boundary, const ClosedSource& given,
+                 OuterSkin& skin) {
   struct Count {
     std::uint32_t all = 0, kept = 0;
   };
-  std::vector<Count> counts(given);
+  std::vector<Count> counts(given.faces.size());
   for (std::uint32_t p = 0; p < arrangement.pieces.size(); ++p) {
     Count& count = counts[arrangement.pieces[p].from];
     ++count.all;
     count.kept += boundary.keeps(p);
   }
-  for (const Count& count : counts) {
+  for (std::size_t f = 0; f < counts.size(); ++f) {
+    const Count& count = counts[f];
+    if (given.patch[f] != 0) continue;
     skin.dropped += count.kept == 0;
     skin.cut += count.kept > 0 && count.all > 1;
   }
@@ -289,7 +292,7 @@ std::optional<OuterSkin> outer_skin(const ClosedSource& given, const Progress& p
   const auto winding = find_winding(*arrangement, tree, progress);
   if (!winding) return std::nullopt;
   const Boundary boundary(*arrangement, *winding);
-  count_faces(*arrangement, boundary, given.faces.size(), skin);
+  count_faces(*arrangement, boundary, given, skin);
   if (boundary.kept().empty()) {
     skin.fault = OuterSkin::Fault::Empty;
     return skin;

@@ -343,8 +343,10 @@ class Reader {
       const bool strips = element.name == "tristrips";
       if (element.name == "vertex") {
         RELIEF_CHECK(read_vertices(element));
+        note_unused(element, "vertices");
       } else if (element.name == "face" || strips) {
         RELIEF_CHECK(read_faces(element, strips));
+        note_unused(element, "faces");
         surface = true;
       } else if (is_last_use(element)) {
         break;
@@ -374,6 +376,23 @@ class Reader {
                                ? "the file ends inside element '" + printable(element.name, 40) + "'"
                                : "row " + std::to_string(row) + " of element '" + printable(element.name, 40) +
                                      "' has a value that is missing or no number");
+  }
+  /// Says which properties were passed over. Normals are not among them: these follow from the faces.
+  void note_unused(const Element& element, const std::string& whose) {
+    constexpr std::array<std::string_view, 8> kKnown = {"nx",           "ny",       "nz",        "vertex_indices",
+                                                        "vertex_index", "texcoord", "texcoords", "flags"};
+    constexpr std::size_t kMostNamed = 5;
+    std::string names;
+    std::size_t count = 0;
+    for (const Property& property : element.properties) {
+      const bool is_used = !property.count_type && use_of(property.name) != Use::None;
+      if (is_used || std::ranges::find(kKnown, property.name) != kKnown.end()) continue;
+      if (++count > kMostNamed) continue;
+      names += (names.empty() ? "" : ", ") + printable(property.name, 40);
+    }
+    if (element.count == 0 || count == 0) return;
+    if (count > kMostNamed) names += " and " + std::to_string(count - kMostNamed) + " more";
+    images_.note("values of its " + whose + " that have no use here were passed over: " + names);
   }
   [[nodiscard]] bool goes_on() { return steps_.reached(source_.bytes.size() - rows_.left()); }
   /// Nothing is allocated by a count that the rest of the file cannot hold.

@@ -143,7 +143,15 @@ Result<std::size_t> facet_count(const Source& source, std::vector<std::string>& 
   if (bytes.size() < kHead) return source.corrupt("is neither a text STL nor long enough for a binary one");
   const std::size_t declared = load_le<std::uint32_t>(bytes.data() + kHead - 4);
   const std::size_t room = (bytes.size() - kHead) / kFacet;
-  if (declared == room) return declared;
+  const auto note_rest = [&](const std::string& holds) {
+    if (const std::size_t rest = bytes.size() - kHead - declared * kFacet; rest > 0)
+      notes.push_back("it " + holds + std::to_string(rest) + (rest == 1 ? " byte" : " bytes") +
+                      " more, which were passed over");
+  };
+  if (declared == room) {
+    note_rest("holds " + std::to_string(room) + " triangles as a binary STL, and ");
+    return declared;
+  }
   const std::string says = "declares " + std::to_string(declared) + " triangles as a binary STL, ";
   const bool whole = (bytes.size() - kHead) % kFacet == 0;
   // Text that only has the name of an STL may have such a size, too; numbers have bytes that no text has.
@@ -156,9 +164,7 @@ Result<std::size_t> facet_count(const Source& source, std::vector<std::string>& 
     return room;
   }
   if (declared > room) return source.corrupt(says + "but has room for " + std::to_string(room) + "; it is cut off");
-  if (declared > 0)
-    notes.push_back("it " + says + "and holds " + std::to_string(bytes.size() - kHead - declared * kFacet) +
-                    " bytes more, which were passed over");
+  if (declared > 0) note_rest(says + "and holds ");
   return declared;
 }
 

@@ -6,6 +6,7 @@
 #include <relief/convert/convert.h>
 #include <relief/convert/obstacle_text.h>
 #include <relief/convert/report.h>
+#include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
 #include <relief/convert/support/words.h>
 #include <relief/core/query.h>
@@ -151,6 +152,111 @@ TEST(Verdict, NamesTheReasonForTolerant) {
                   .starts_with("Tolerant, as more than 0.5 % of what can be seen is missing and it stands on a "
                                "surface 3.6 mm off"))
       << verdict(report, info);
+}
+
+std::string notes_with(const ConvertReport& report, const ConvertSettings& settings, Mode mode) {
+  const ModelInfo info{.mode = mode, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 200};
+  std::string all;
+  for (const std::string& note : detail::notes_of(report, settings, info, 1000)) all += note + "\n";
+  return all;
+}
+
+TEST(Verdict, DoesNotSayThatNothingWentWhereSomeIsMissing) {
+  ConvertReport report;
+  report.coverage.share = 0.64;
+  report.coverage.missing_near = {1, 2, 3};
+  const ModelInfo info{.mode = Mode::Tolerant, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 300};
+  const std::string said = verdict(report, info);
+  EXPECT_NE(said.find("36 % of what can be seen of it is missing"), std::string::npos) << said;
+  EXPECT_EQ(said.find("nothing was removed"), std::string::npos) << said;
+}
+
+TEST(Notes, TheUsualErrorIsNotMissedInSilence) {
+  ConvertReport report;
+  report.slabs = report.slabs_asked = 200;
+  report.error = 1e-4;
+  report.slabs_too_coarse = 150;
+  report.too_coarse_most = 5e-3;
+  EXPECT_NE(notes_with(report, few(200, 0), Mode::Certified)
+                .find("the usual error of 0.0001 of the diagonal, 0.02 mm, is not kept in 150 of 200 slabs: between "
+                      "samples their surface lies up to 1 mm off; more --slabs bring it nearer"),
+            std::string::npos);
+  report.error_asked = true;
+  const std::string asked = notes_with(report, few(200, 0), Mode::Certified);
+  EXPECT_NE(asked.find("--error 0.0001, 0.02 mm, is not kept in 150 of 200 slabs"), std::string::npos) << asked;
+  // Slabs as small as the source's triangles cannot be more.
+  report.slabs = 1000;
+  report.slabs_asked = 2000;
+  const std::string finest = notes_with(report, few(2000, 0), Mode::Certified);
+  EXPECT_EQ(finest.find("more --slabs"), std::string::npos) << finest;
+  EXPECT_EQ(to_string(report).find("--slabs"), std::string::npos) << to_string(report);
+}
+
+TEST(Notes, ATolerantResultThatNobodyAskedForNamesARemedy) {
+  ConvertReport report;
+  EXPECT_NE(notes_with(report, few(200, 0), Mode::Tolerant).find("--remesh, which"), std::string::npos);
+  report.remesh = {.voxel = 0.01};
+  EXPECT_NE(notes_with(report, few(200, 0), Mode::Tolerant).find("--remesh 0.02"), std::string::npos);
+  report.coverage.share = 0.9;
+  EXPECT_NE(notes_with(report, few(200, 0), Mode::Tolerant).find("--remesh 0.005"), std::string::npos);
+  EXPECT_EQ(notes_with(report, few(200, 0), Mode::Certified).find("--remesh 0."), std::string::npos);
+  ConvertSettings tolerant = few(200, 0);
+  tolerant.mode = Mode::Tolerant;
+  EXPECT_EQ(notes_with(report, tolerant, Mode::Tolerant).find("--remesh 0."), std::string::npos);
+}
+
+TEST(Notes, SheetsAlongEachOtherNameARemeshUnlessItWasDone) {
+  ConvertReport report;
+  report.repair.corners_on_edges = 1;
+  EXPECT_NE(notes_with(report, few(200, 0), Mode::Certified).find("--remesh joins them"), std::string::npos);
+  EXPECT_EQ(to_string(report.repair).find("--remesh"), std::string::npos);
+  report.remesh = {.voxel = 0.01};
+  EXPECT_EQ(notes_with(report, few(200, 0), Mode::Certified).find("--remesh joins them"), std::string::npos);
+}
+
+TEST(ToString, OneOfAThingIsSaidAsOne) {
+  ConvertReport report;
+  report.remesh = {.voxel = 0.01, .sheets = 1, .crumbs = 1};
+  report.skin = ConvertReport::Skin{.repaired = 1};
+  report.moved_vertices = report.replaced_triangles = report.parted_vertices = 1;
+  report.source_triangles = report.slabs = 1;
+  const std::string said = to_string(report);
+  for (const char* many : {"1 parts", "1 points", "1 triangles", "1 slabs", "1 vertices", "1 source vertices"})
+    EXPECT_EQ(said.find(many), std::string::npos) << said;
+  EXPECT_NE(said.find("1 part that closes nothing off became a sheet"), std::string::npos) << said;
+  EXPECT_NE(said.find("1 part of a few voxels was left out"), std::string::npos) << said;
+}
+
+// An edge, and a corner, that two cubes have in common.
+TEST(Convert, CubesThatTouchMoveByATenthOfTheUsualErrorAtMost) {
+  for (const Vec3d by : {Vec3d{1, 1, 0}, Vec3d{1, 1, 1}}) {
+    TriangleMesh cubes = testing::box({1, 1, 1});
+    append(cubes, testing::box({1, 1, 1}), by, 1);
+    ConvertSettings settings = few(200, 8);
+    const auto made = convert(cubes, settings);
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_EQ(made->model.info.mode, Mode::Certified);
+    EXPECT_GT(made->report.moved_vertices, 0U);
+    EXPECT_LE(made->report.moved_most, 1e-5);
+    EXPECT_LT(made->report.to_source.max, detail::kUsualError);
+    EXPECT_NE(verdict(made->report, made->model.info).find("moved by at most"), std::string::npos);
+  }
+}
+
+TEST(Convert, AnOpenSheetInsideABallIsTold) {
+  TriangleMesh mesh = testing::ball(24);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3d p : {Vec3d{-0.3, -0.3, 0}, Vec3d{0.3, -0.3, 0}, Vec3d{0.3, 0.3, 0}, Vec3d{-0.3, 0.3, 0}})
+    mesh.positions.push_back(p);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first + 2, first + 3});
+  const auto made = convert(mesh, few(60, 8));
+  ASSERT_TRUE(made) << made.error().message;
+  const std::string said = verdict(made->report, made->model.info);
+  EXPECT_NE(said.find("removed: 2 triangles inside of other parts; 1 open part inside of others, near"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(said.find("left open"), std::string::npos) << said;
 }
 
 TEST(Convert, AStrayTriangleSetsNoScale) {
@@ -681,7 +787,7 @@ TEST(Convert, SaysWhatCollapsed) {
   for (Vec3d& p : far.positions) p = to_double(to_float(p + Vec3d{1e7, 1e7, 1e7}));
   const auto collapsed = convert(far, few(40, 0));
   ASSERT_TRUE(collapsed) << collapsed.error().message;
-  ASSERT_EQ(collapsed->report.notes.size(), 1U);
+  ASSERT_GE(collapsed->report.notes.size(), 1U);
   EXPECT_NE(collapsed->report.notes.front().find("14160 triangles"), std::string::npos)
       << collapsed->report.notes.front();
   EXPECT_NE(to_string(collapsed->report).find(collapsed->report.notes.front()), std::string::npos);
@@ -695,7 +801,7 @@ TEST(Convert, SaysWhatCollapsed) {
                            doubled.triangles.begin() + std::ptrdiff_t(once));
   const auto halved = convert(doubled, few(40, 0));
   ASSERT_TRUE(halved) << halved.error().message;
-  ASSERT_EQ(halved->report.notes.size(), 1U);
+  ASSERT_GE(halved->report.notes.size(), 1U);
   const std::string& twice = halved->report.notes.front();
   EXPECT_NE(twice.find(std::to_string(once) + " of " + std::to_string(2 * once)), std::string::npos) << twice;
   EXPECT_NE(twice.find("more than once"), std::string::npos) << twice;

@@ -151,6 +151,26 @@ std::string binary_square(std::string_view type, bool big) {
   return bytes;
 }
 
+TEST(PlyNotes, NameWhatIsPassedOver) {
+  const TempFolder folder;
+  const std::string vertex = "property float nx\nproperty float ny\nproperty float nz\nproperty float quality\n";
+  const std::string row = "0 0 1 0.5";
+  const TriangleMesh mesh =
+      import_of(folder, "a.ply", square_ply("", vertex, {row, row, row, row}, "property int label\n", {"4 0 1 2 3 7"}));
+  ASSERT_EQ(mesh.notes.size(), 2U);
+  EXPECT_EQ(mesh.notes[0], "values of its vertices that have no use here were passed over: quality");
+  EXPECT_EQ(mesh.notes[1], "values of its faces that have no use here were passed over: label");
+  std::string many, values;
+  for (int k = 0; k < 7; ++k) {
+    many += "property float p" + std::to_string(k) + "\n";
+    values += "0 ";
+  }
+  const TriangleMesh more =
+      import_of(folder, "b.ply", square_ply("", many, {values, values, values, values}, "", {"4 0 1 2 3"}));
+  ASSERT_EQ(more.notes.size(), 1U);
+  EXPECT_TRUE(more.notes[0].ends_with("p0, p1, p2, p3, p4 and 2 more")) << more.notes[0];
+}
+
 TEST(PlyTypes, WholeNumbersOf64BitsCount) {
   const TempFolder folder;
   for (const bool big : {false, true}) {

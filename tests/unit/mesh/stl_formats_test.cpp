@@ -80,6 +80,11 @@ TEST(StlCount, TheSizeRulesAndANoteSaysSo) {
   const TriangleMesh more = import_of(folder, "a.stl", square_stl("", 0, 0) + std::string(60, 's'));
   EXPECT_EQ(more.triangles.size(), 2U);
   EXPECT_EQ(more.notes.size(), 1U);
+  // Less than a facet behind the last one, which the count does not show.
+  const TriangleMesh little = import_of(folder, "a.stl", square_stl("", 0, 0) + std::string(7, 's'));
+  EXPECT_EQ(little.triangles.size(), 2U);
+  ASSERT_EQ(little.notes.size(), 1U);
+  EXPECT_EQ(little.notes[0], "it holds 2 triangles as a binary STL, and 7 bytes more, which were passed over");
   // Inside a facet the file is cut off.
   const auto cut = import_mesh(folder.put("a.stl", square_stl("", 0, 0).substr(0, 170)));
   ASSERT_FALSE(cut.has_value());

@@ -37,7 +37,7 @@ inline double diagonal_of(const detail::ClosedSource& source) {
 /// As a conversion has them.
 inline detail::PrepareLimits limits_for(const detail::ClosedSource& source) {
   const double diagonal = diagonal_of(source);
-  return {.longest = 0.1 * diagonal, .farthest = 2e-3 * diagonal, .speck = 1e-4 * diagonal};
+  return {.longest = 0.1 * diagonal, .farthest = 2e-3 * diagonal, .apart = 1e-5 * diagonal, .speck = 1e-4 * diagonal};
 }
 
 inline detail::Prepared prepared(const detail::ClosedSource& source) {

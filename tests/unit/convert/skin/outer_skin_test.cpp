@@ -383,7 +383,9 @@ TEST(OuterSkin, CarriesAShell) {
     const double diagonal = 8 * kUnit;
     const CertifiedShell made = build_certified(
         std::move(skin.source),
-        {.target = 60, .limits = {.longest = 0.1 * diagonal, .farthest = 2e-3 * diagonal, .creased = true}}, {});
+        {.target = 60,
+         .limits = {.longest = 0.1 * diagonal, .farthest = 2e-3 * diagonal, .apart = 1e-5 * diagonal, .creased = true}},
+        {});
     EXPECT_EQ(made.prepared.repairs.moved_points, 0U);
     EXPECT_EQ(made.prepared.repairs.replaced_faces, 0U);
     return made.shell.faces.size();
