@@ -398,6 +398,8 @@ CagePtr keep(Attempt&& made, Ground& ground, ConvertReport& report) {
 
 CagePtr tolerate(Ground& ground, const RepairedAgain& repaired, const ConvertSettings& settings, double diagonal,
                  ConvertReport& report, const Progress& progress) {
+  // Shares of a solid's area that may be outside its slabs: little at first, as patches may replace, and in the end
+  // what still leaves something to know it by.
   constexpr double kFew = 0.03, kMany = 0.25;
   constexpr std::array<Solid, 6> kSolids = {
       {{1.0 / 150, kFew}, {0.01, kFew}, {0.02, kFew}, {0.04, kFew}, {0.08, kFew}, {0.08, kMany}}};

@@ -42,11 +42,11 @@ OpenParts open_parts_without(const ClosedSource& given, const Components& parts,
 }  // namespace
 
 bool asks_for_skin(const ClosedSource& source, bool is_last, const Progress& progress) {
-  const std::size_t few = 200 + source.faces.size() / 200;  // pairs of faces
   const auto overlaps = find_overlaps(source, progress);
   if (!overlaps) return false;
   const bool any = overlaps->between + overlaps->within + overlaps->patched > 0;
-  return overlaps->between > 0 || overlaps->nested > 0 || overlaps->within > few || (is_last && any);
+  return overlaps->between > 0 || overlaps->nested > 0 || overlaps->within > few_to_smooth(source.faces.size()) ||
+         (is_last && any);
 }
 
 Skinned take_skin(ClosedSource&& given, const Lattice& lattice, double of_diagonal, const StageSink& show,

@@ -37,6 +37,17 @@ class Table(unittest.TestCase):
         self.assertEqual(run.stdout, text)
         self.assertIn(f"| torus (sample) | 3,000 | {row['convert']['slabs']:,} (200) | certified |", text)
 
+    def test_an_older_program_is_compared_in_the_same_run(self):
+        run = table("--only", "torus", "--triangles", 3000, "--samples", 7, "--out", self.folder, "--json",
+                    "--before", os.environ["RELIEF_BIN"])
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        (row,) = json.loads(run.stdout)["rows"]
+        self.assertEqual(row["goals"]["mode"], "certified")
+        self.assertEqual(row["before"]["content_hash"], row["content_hash"])
+        self.assertTrue(row["before"]["verified"])
+        self.assertEqual({k: row["changes"][k] for k in ("same_content", "slabs", "greatest")},
+                         {"same_content": True, "slabs": 1, "greatest": 1})
+
     def test_scans_are_found_by_name_and_a_refused_one_keeps_its_row(self):
         scans = self.folder / "scans/below"
         scans.mkdir(parents=True)

@@ -168,9 +168,9 @@ InitialShell::Heights heights_of(const PrepareLimits& limits) noexcept {
 /// Finds spikes; where they are so long that smoothing is known not to help, it fails at once.
 void smooth_and_cut(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits, Spikes& spikes,
                     const Progress& progress) {
-  constexpr int kSmoothings = 3;  // settle a few crossings; many do not yield to it
-  constexpr int kMostCuts = 40;   // most are small, around vertices without a common front-facing direction
-  constexpr std::size_t kFewFolds = 256;
+  constexpr int kSmoothings = 3;          // settle a few crossings; many do not yield to it
+  constexpr int kMostCuts = 40;           // most are small, around vertices without a common front-facing direction
+  constexpr std::size_t kFewFolds = 256;  // faces; more of them are how the source is, and none is smoothed away
   constexpr double kLong = 4, kVeryLong = 30;  // edges of spikes, of how far a point may be moved
   const ClosedSource& s = result.source;
   const double wanted = wanted_of(limits);
@@ -213,7 +213,7 @@ void smooth_and_cut(Prepared& result, std::span<const LatticePoint> start, const
         trouble.insert(trouble.end(), source.faces[d.at].begin(), source.faces[d.at].end());
       if (cut == 0)
         for (const std::uint32_t f : shell.faults()) result.bad_faces.push_back(source.face_of[f]);
-      if (shell.faults().size() > 200 + s.faces.size() / 200) break;
+      if (shell.faults().size() > few_to_smooth(s.faces.size())) break;
     }
     // What is said about the source is what was found before it was changed.
     if (!result.obstacle) result.obstacle = gravest(defects);
@@ -234,8 +234,8 @@ void smooth_and_cut(Prepared& result, std::span<const LatticePoint> start, const
 /// they were: between banks that all but touch no slab can grow. Where no shell stands then, points go back to where it
 /// did. False when cancelled, or when it stands nowhere nevertheless.
 bool widen(SourceEditor& editor, InitialShell& shell, double longest, const Progress& progress) {
-  constexpr int kRounds = 6;
-  constexpr double kEven = 0.5;  // visibility that is wanted here
+  constexpr int kRounds = 6;     // of pushing; what is too near then is put back
+  constexpr double kEven = 0.5;  // visibility that is wanted here: half of what a plane has
   const SourceIndex& source = editor.source();
   std::vector<std::uint8_t> pushed(source.points.size());
   for (std::uint32_t v = 0; v < pushed.size(); ++v) pushed[v] = editor.has_moved(v);
@@ -282,11 +282,13 @@ bool widen(SourceEditor& editor, InitialShell& shell, double longest, const Prog
 /// far as the limits say; then the least that is still bad is cut out. As smooth_and_cut() else.
 void push_and_cut(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits,
                   const Progress& progress) {
-  constexpr int kRounds = 120, kVain = 3, kMostCuts = 12;
+  constexpr int kRounds = 120;   // of pushing and cutting in all, so that it ends
+  constexpr int kVain = 3;       // rounds without gain in a row, after which points may go farther, or are cut out
+  constexpr int kMostCuts = 12;  // so that it ends
   constexpr std::size_t kMany = 1000;  // faces; what few take is soon done
   constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
-  constexpr double kFarther = 4;
-  constexpr double kMostNear = 0.09;  // of the scanned faces: solids that lie in each other cannot be pushed out of it
+  constexpr double kFarther = 4;       // times as far as the limits say, where sheets that cross need it
+  constexpr double kMostNear = 0.09;   // of the scanned faces: solids that lie in each other cannot be pushed out of it
   Budget budget(result.source);
   double farthest = limits.farthest;
   SourceEditor editor(result.source, start, farthest);

@@ -16,6 +16,10 @@
 
 namespace relief::detail {
 
+/// Faces, or pairs of them, in which a source of so many may meet itself and is smoothed there: half a percent, and a
+/// few of a small one. Where there are more, its outer skin is taken.
+[[nodiscard]] constexpr std::size_t few_to_smooth(std::size_t faces) noexcept { return 200 + faces / 200; }
+
 /// Lengths in lattice steps.
 struct PrepareLimits {
   double longest = 0;    ///< fibre that the shell may have

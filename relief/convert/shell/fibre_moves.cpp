@@ -18,8 +18,9 @@ constexpr double kWorthASlide = 0.01;
 
 LatticePoint shifted(LatticePoint p, Vec3d by) noexcept { return snap(to_double(p) + by); }
 
-/// Mostly the worst triangle, and a little of all.
-double value_of(const Quality& q) noexcept { return q.least + 0.3 * q.mean; }
+/// Mostly the worst triangle, and a little of all: a slide may not buy the mean with the worst one.
+constexpr double kOfTheMean = 0.3;
+double value_of(const Quality& q) noexcept { return q.least + kOfTheMean * q.mean; }
 
 }  // namespace
 
