@@ -491,7 +491,7 @@ Status run_live(const SculptOptions& given, const Context& context) {
   json["losses"] = to_json(losses);
   json["outputs"] = to_json(outputs);
   add_error(json, ended);
-  if (!context.json) say_strokes(o.out, strokes, total);
+  if (!context.json) say_strokes(o.out, strokes, total, document.info().unit);
   say_live(context, json, summary, stats.servo, outputs);
   return ended;
 }
