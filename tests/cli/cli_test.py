@@ -218,7 +218,7 @@ class Contract(Case):
                 faces += [(a, b, c), (a, c, d)]
         ball.write_text("".join("v %.17g %.17g %.17g\n" % p for p in points) + "".join("f %d %d %d\n" % f for f in faces))
         report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 30, "--unit", "mm", "--json").json()
-        self.assertEqual((report["mode"], report["slabs"], report["notes"]), ("certified", 30, []))
+        self.assertEqual((report["mode"], report["slabs"], [n for n in report["notes"] if "usual error" not in n]), ("certified", 30, []))
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         self.assertNotIn("not_certified", report)
         self.assertEqual(self.ok("info", out, "--json").json()["mode"], "certified")
@@ -242,7 +242,7 @@ class Contract(Case):
         report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-6, "--json").json()
         self.assertEqual(report["error_goal"], 1e-6)
         self.assertGreater(report["slabs_too_coarse"], 0)
-        self.assertIn("--error 1e-06 is not kept", " ".join(report["notes"]))
+        self.assertRegex(" ".join(report["notes"]), r"--error 1e-06, [0-9.e-]+ mm, is not kept in 60 of 60 slabs")
         report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-2, "--json").json()
         self.assertEqual((report["error_goal"], report["slabs_too_coarse"], report["notes"]), (1e-2, 0, []))
 
@@ -1904,7 +1904,10 @@ class Refine(Case):
         self.assertGreater(told["samples"]["after"], 3.5 * told["samples"]["before"])
         # It is measured: not nothing, for where fibres turn the middle of an edge does not lie on it to the bit.
         self.assertGreater(told["surface_moved"]["max"], 0)
-        self.assertLess(told["surface_moved"]["max"], 1e-5 * Run("info", self.model, "--json").json()["source_diagonal"])
+        # The less, the finer the grid was; this one has 16 samples along an edge of a slab.
+        diagonal = Run("info", self.model, "--json").json()["source_diagonal"]
+        self.assertLess(told["surface_moved"]["rms"], 2e-5 * diagonal)
+        self.assertLess(told["surface_moved"]["max"], 5e-4 * diagonal)
         info = Run("info", out, "--strokes", "--json").json()
         self.assertEqual(info["journal"][-1]["label"], "refine all")
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
@@ -1933,7 +1936,7 @@ class Refine(Case):
         told = self.ok("refine", out, "-o", out, "--json").json()
         self.assertLessEqual(told["saturated"]["after"], told["saturated"]["before"])
         if told["changed"]:
-            self.assertGreater(told["fibres"]["moved"], 0)
+            self.assertGreater(told["fibres"]["moved"] + told["leaning"]["finer"], 0)
         self.assertEqual(Run("info", out, "--json").json()["strokes"], before["strokes"] + (1 if told["changed"] else 0))
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
 
