@@ -1,6 +1,5 @@
 #include <relief/base/free_memory.h>
 #include <relief/convert/shell/coarsening.h>
-#include <relief/convert/shell/crease_levels.h>
 #include <relief/convert/shell/fibre_goals.h>
 
 #include <algorithm>
@@ -246,14 +245,11 @@ bool Coarsening::reduce(std::size_t target_count, const Progress& progress) {
   return true;
 }
 
-bool Coarsening::thicken(double longest, const Creases& creases, const Progress& progress) {
+bool Coarsening::thicken(double longest, const Progress& progress) {
   free_memory(queue_, tried_, stamps_);
   patch_.free_quadrics();
   patch_.allow(longest);
-  if (!lengthen_to_goals(patch_, progress)) return false;
-  if (creases.empty()) return true;
-  level_creases(patch_, creases, tree_of(patch_.source()), progress);
-  return !progress.cancelled();
+  return lengthen_to_goals(patch_, progress);
 }
 
 }  // namespace relief::detail
