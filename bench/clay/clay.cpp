@@ -200,7 +200,8 @@ class Clay {
     add("least angle after 20 generations, of its root's", least_angle(20), "times", at_least(0.5));
   }
 
-  /// Cuts and refine in turn in one place: slabs that stand away from it and whose fibres stay.
+  /// Cuts and refine in turn in one place: slabs that stand away from it and whose fibres and grids stay. Refine gives
+  /// slabs that lean finer grids, wherever they are; how many is told.
   void of_repeated_work() {
     const double radius = 0.02 * diagonal_;
     const Tap tap = Taps(model_.head, diagonal_, 9).next(radius, 0.25 * radius).with(true, kDetail);
@@ -214,16 +215,20 @@ class Clay {
     }
     const SlabMesh &was = model_.head->slab_mesh(), &is = now.head->slab_mesh();
     const std::vector<RootPlace> parts = parts_after(was, is);
-    double same = 0, compared = 0;
+    double same = 0, compared = 0, finer = 0;
     for (SlabId s = 0; s < was.slab_count(); ++s) {
       if (was.box(s).distance2(tap.low) < 16 * radius * radius || parts[s].level > 0 || !stands(was, is, s)) continue;
+      if (was.intervals(s) != is.intervals(s)) {
+        ++finer;
+        continue;
+      }
       ++compared;
       const float *a = model_.head->displacement(s), *b = now.head->displacement(s);
       const auto count = sample_count(was.intervals(s));
-      same += was.intervals(s) == is.intervals(s) && std::equal(a, a + count, b) ? 1 : 0;
+      same += std::equal(a, a + count, b) ? 1 : 0;
     }
     add(fmt::format("slabs not touched, the same bits after {} rounds of carving and refining", plan_.rounds),
-        100 * same / std::max(compared, 1.0), "%", at_least(100), {{"slabs", compared}});
+        100 * same / std::max(compared, 1.0), "%", at_least(100), {{"slabs", compared}, {"made finer", finer}});
   }
 
   /// A stroke of one second in real time over slabs that are too coarse for it.

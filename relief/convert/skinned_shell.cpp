@@ -28,9 +28,9 @@ struct OpenParts {
   LatticePoint near;  ///< of the first
 };
 OpenParts open_parts_without(const ClosedSource& given, const Components& parts,
-                             const std::vector<std::uint32_t>& in_skin) {
+                             const std::vector<std::uint32_t>& faces_of_skin) {
   std::vector<std::uint8_t> is_done(parts.count, 0);
-  for (const std::uint32_t part : in_skin) is_done[part] = 1;
+  for (const std::uint32_t f : faces_of_skin) is_done[parts.of_face[f]] = 1;
   OpenParts found;
   for (std::size_t f = 0; f < given.faces.size(); ++f) {
     if (given.phantom[f] == 0 || std::exchange(is_done[parts.of_face[f]], 1) != 0) continue;
@@ -63,7 +63,7 @@ Skinned take_skin(ClosedSource&& given, const Lattice& lattice, double of_diagon
   Skinned skinned{std::move(skin->source), std::move(skin->from), std::vector<std::uint32_t>(of_skin.count, 0)};
   for (std::size_t f = skinned.face_of.size(); f-- > 0;)
     skinned.part_of[of_skin.of_face[f]] = parts.of_face[skinned.face_of[f]];
-  const OpenParts gone = open_parts_without(given, parts, skinned.part_of);
+  const OpenParts gone = open_parts_without(given, parts, skinned.face_of);
   skinned.report = {.cut = skin->cut,
                     .dropped = skin->dropped,
                     .open_parts = gone.count,

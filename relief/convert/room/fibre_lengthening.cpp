@@ -185,7 +185,8 @@ class Work {
     constexpr double kNegligible = 1e-4;  // of the diagonal: a tool that keeps so far away misses nothing
     std::vector<RoomLack> all;
     wishes.for_each_lack(ends, [&](const Lacking& l) {
-      overhang = std::max(overhang, l.overhang * lattice.step);
+      // What is filled covers nothing: only a tool that takes clay reaches under it.
+      if (l.side == kInner) overhang = std::max(overhang, l.overhang * lattice.step);
       const double lack = l.short_of * lattice.step;
       if (!(lack > kNegligible * goals_.diagonal)) return;
       const RoomLack worst = {slabs[l.face], lattice.to_model(snap(l.near)), lack, l.way * lattice.step,
