@@ -8,6 +8,8 @@
 #include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
+#include <cmath>
+#include <numbers>
 
 namespace relief::studio {
 namespace {
@@ -112,7 +114,10 @@ TEST_F(ViewportTest, APensPressureArrivesWholeAndCutsDeeperAsItGrows) {
   EXPECT_LT(middle, 0.9 * last);
   ASSERT_FALSE(told.isEmpty());
   EXPECT_EQ(told.last().at(0).toString(), "Made-up pen");
-  EXPECT_NEAR(told.last().at(2).toDouble(), 13, 1e-6) << "degrees of tilt";
+  // Leaning by 12 degrees along x and 5 along y.
+  const double degree = std::numbers::pi / 180;
+  EXPECT_NEAR(told.last().at(2).toDouble(), std::atan(std::hypot(std::tan(12 * degree), std::tan(5 * degree))) / degree,
+              1e-6);
   const Stroke stroke = journal();
   EXPECT_EQ(stroke.brush.tool, Tool::Carve);
   EXPECT_EQ(pressures_of(stroke), sent);
