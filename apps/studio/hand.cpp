@@ -191,7 +191,7 @@ void Hand::start(const QString& recording) {
   live_->session.emplace(*live_->device, *document, settings, live_->recorder ? &*live_->recorder : nullptr);
   live_->control.emplace(*live_->session, live_->device->info(), live_->servo);
   if (!forces_) live_->control->forces(false);
-  set_force_limit(limit_ > 0 ? limit_ : most_force());
+  limit_force();
   if (scale_ != 1) set_scale(scale_);
   use_brush();
   sound_->run(true);
@@ -303,19 +303,20 @@ void Hand::set_forces(bool on) {
 
 double Hand::most_force() const { return live_ ? cap_ * live_->device->info().max_force : 0; }
 
-double Hand::force_limit() const { return live_ ? live_->control->force_limit() : limit_; }
+double Hand::force_limit() const { return live_ ? live_->control->force_limit() : 0; }
 
 void Hand::set_force_limit(double newton) {
   if (!live_) return;
-  limit_ = newton < most_force() ? newton : 0;
-  live_->control->limit_force(std::clamp(newton, 0.0, most_force()));
+  limit_ = newton < most_force() ? std::max(newton, 0.0) : std::numeric_limits<double>::infinity();
+  limit_force();
 }
+
+void Hand::limit_force() { live_->control->limit_force(std::min(limit_, most_force())); }
 
 void Hand::set_force_cap(double share) {
   cap_ = std::clamp(share, 0.0, 1.0);
   if (!live_) return;
-  // What the panel has set holds again where the cap lets it.
-  live_->control->limit_force(limit_ > 0 ? std::min(limit_, most_force()) : most_force());
+  limit_force();
   emit changed();
 }
 

@@ -12,6 +12,7 @@
 #include <QObject>
 #include <QTimer>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -107,6 +108,8 @@ class Hand : public QObject {
 
   [[nodiscard]] Result<std::unique_ptr<Live>> make_live(Document& document, const QString& recording);
   void start(const QString& recording = {});
+  /// Of what is set and what the cap lets the device give, the less.
+  void limit_force();
   /// Ends the session; what it did is in the document.
   void stop();
   void take_ticks();
@@ -119,8 +122,10 @@ class Hand : public QObject {
   ToolState& tools_;
   QString id_ = QStringLiteral("none"), last_recording_;
   bool forces_ = true;
-  double limit_ = 0, cap_ = 1, scale_ = 1;  ///< limit 0: the device's
-  double depth_;                            ///< m
+  /// N; infinite: the device's.
+  double limit_ = std::numeric_limits<double>::infinity();
+  double cap_ = 1, scale_ = 1;
+  double depth_;  ///< m
   Opener open_ = open_device;
   PickHint hint_;
   Ray3d ray_;
