@@ -4,9 +4,13 @@
 #include <relief/render/frame.h>
 
 #include <QPointF>
+#include <numbers>
 #include <optional>
 
 namespace relief::studio {
+
+/// In a radian.
+inline constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// An axis of the model, with a sign.
 enum class AxisView : std::uint8_t { Front, Back, Right, Left, Top, Bottom };

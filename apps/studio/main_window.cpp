@@ -319,10 +319,9 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
           Qt::QueuedConnection);
   }
   // Room is made after the hand has let go, too, when the view has no stroke any more that it could cancel.
-  if (auto* view = qobject_cast<Viewport*>(object); making_room_ && view != nullptr && !view->busy() &&
-                                                    event->type() == QEvent::KeyPress &&
-                                                    static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape)
-    bridge_.post(CancelStroke{});
+  if (making_room_ && event->type() == QEvent::KeyPress && static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape)
+    if (const auto* view = qobject_cast<Viewport*>(object); view != nullptr && !view->busy())
+      bridge_.post(CancelStroke{});
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
   return QMainWindow::eventFilter(object, event);

@@ -76,11 +76,11 @@ bool StrokeInput::repeat(const PointerStroke& stroke, QString& why) {
   return true;
 }
 
-void StrokeInput::end() {
-  if (!std::exchange(open_, false)) return;
-  made_ = std::exchange(making_, {});
+PointerStroke StrokeInput::end() {
+  if (!std::exchange(open_, false)) return {};
   bridge_.post(EndStroke{});
   surface_.reset();
+  return std::exchange(making_, {});
 }
 
 void StrokeInput::cancel() {

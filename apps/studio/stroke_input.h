@@ -43,14 +43,13 @@ class StrokeInput {
   void move(const PointerSample& sample);
   /// Time goes on while the pointer rests: a point at the same place.
   void hold();
-  void end();
+  /// Returns the stroke, for repeat(); without samples where none was open.
+  PointerStroke end();
   void cancel();
   [[nodiscard]] bool open() const { return open_; }
   /// Makes a whole stroke again, where it was on the screen, with the tool in the hand on the surface of now. As
   /// begin().
   bool repeat(const PointerStroke& stroke, QString& why);
-  /// The stroke that was ended last; a cancelled one is none.
-  [[nodiscard]] const PointerStroke& made() const { return made_; }
   /// Motion events that the last stroke took, those beside the model included.
   [[nodiscard]] int events() const { return events_; }
 
@@ -66,7 +65,7 @@ class StrokeInput {
   int events_ = 0;
   SnapshotPtr surface_;
   PickHint hint_;
-  PointerStroke making_, made_;
+  PointerStroke making_;
   PointerSample last_;
   std::optional<Vec3d> last_hit_;
   double last_seconds_ = 0, first_seconds_ = 0;

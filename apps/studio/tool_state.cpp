@@ -120,12 +120,15 @@ std::pair<double, double> ToolState::range(const SettingInfo& setting) const {
   return {0, most_radius()};
 }
 
+double ToolState::clamped(const SettingInfo& setting, double value) const {
+  if (setting.kind != SettingInfo::Kind::Value) return value;
+  const auto [low, high] = range(setting);
+  return std::clamp(value, low, high);
+}
+
 void ToolState::set_value(const QString& setting_id, double value) {
   const std::string id = setting_id.toStdString();
-  if (const SettingInfo* known = find(id); known != nullptr && known->kind == SettingInfo::Kind::Value) {
-    const auto [low, high] = range(*known);
-    value = std::clamp(value, low, high);
-  }
+  if (const SettingInfo* known = find(id)) value = clamped(*known, value);
   const auto mine = tool();
   Brush* brush = belongs_to_hand(setting_id) ? &hand_ : mine ? &brushes_[static_cast<std::size_t>(*mine)] : nullptr;
   if (brush == nullptr || setting(*brush, id) == value || !set(*brush, id, value)) return;
@@ -202,11 +205,7 @@ void ToolState::take_kept(const QSettings& settings) {
     if (setting.kind == SettingInfo::Kind::Choice && (value < 0 || value >= double(setting.choices.size()))) return;
     if (setting.kind == SettingInfo::Kind::Switch) value = value != 0 ? 1 : 0;
     if (setting.unit == SettingInfo::Unit::Length) value *= diagonal_;
-    if (setting.kind == SettingInfo::Kind::Value) {
-      const auto [low, high] = range(setting);
-      value = std::clamp(value, low, high);
-    }
-    (void)set(brush, setting.id, value);
+    (void)set(brush, setting.id, clamped(setting, value));
     emit settingChanged(text(setting.id));
   });
   choose(settings.value(QStringLiteral("tools/in-hand"), id_).toString());

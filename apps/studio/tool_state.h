@@ -69,6 +69,7 @@ class ToolState : public QObject {
   void settingChanged(const QString& setting);
 
  private:
+  [[nodiscard]] double clamped(const SettingInfo& setting, double value) const;
   template <class State, class Each>
   static void for_each_kept(State& state, const Each& each);
 

@@ -24,7 +24,6 @@ namespace {
 constexpr int kRest = 150;
 /// ms that a picture of something that happens may take before the next ones are made coarser.
 constexpr double kSlow = 33;
-constexpr double kDegrees = 57.29577951308232;
 
 QJsonArray json(Vec3d v) { return {v.x, v.y, v.z}; }
 

@@ -179,8 +179,6 @@ bool Viewport::taps_twice(const PointerSample& sample) {
 }
 
 namespace {
-constexpr double kDegrees = 57.29577951308232;
-
 /// The cosine of the angle between a pen and the normal of its tablet, from its leans along x and y, degrees.
 double uprightness(double x, double y) {
   const auto slope = [](double degrees) {
@@ -329,9 +327,7 @@ void Viewport::dab_at_ring() {
 }
 
 void Viewport::end_stroke() {
-  if (!stroke_.open()) return;  // it was cancelled
-  stroke_.end();
-  emit strokeMade(stroke_.made());
+  if (stroke_.open()) emit strokeMade(stroke_.end());  // else it was cancelled
 }
 
 void Viewport::repeat_stroke(const PointerStroke& stroke) {

@@ -86,7 +86,7 @@ bool Viewport::trackpad(QNativeGestureEvent* event) {
   if (event->gestureType() == Qt::ZoomNativeGesture)
     set_camera(zoom(camera_, 1 / std::max(0.1, 1 + event->value()), std::nullopt, diagonal_));
   else if (event->gestureType() == Qt::RotateNativeGesture && !turntable_)
-    set_camera(roll(camera_, event->value() / 57.29577951308232));
+    set_camera(roll(camera_, event->value() / kDegrees));
   else
     return false;
   event->accept();
