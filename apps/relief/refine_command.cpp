@@ -57,15 +57,14 @@ std::string verdict_of(RefineWhere where, const Refined& refined, const Snapshot
             "there; --where model makes new slabs",
             refined.saturated_before);
       if (refined.fibres_moved > 0)
-        text = fmt::format("Room made: {} fibres reach further; {} of {} samples still stand at the end of theirs. ",
+        text = fmt::format("Room made: {} fibres reach further; {} of {} samples still stand at the end of theirs",
                            refined.fibres_moved, refined.saturated_after, refined.saturated_before);
       else if (refined.saturated_before > 0)
-        text = fmt::format("{} samples stand at the end of their fibres, and none can be made longer there. ",
+        text = fmt::format("{} samples stand at the end of their fibres, and none can be made longer there",
                            refined.saturated_before);
       if (refined.slabs_leaning > 0)
-        text += fmt::format("Fibres lean in {} slabs: {} got finer grids", refined.slabs_leaning, refined.slabs_finer);
-      else
-        text.resize(text.find_last_of('.'));
+        text += fmt::format("{}Fibres lean in {} slabs: {} got finer grids", text.empty() ? "" : ". ",
+                            refined.slabs_leaning, refined.slabs_finer);
       break;
     case RefineWhere::All:
       text = fmt::format("Twice the samples along every edge: {} where there were {}", samples_of(after),
