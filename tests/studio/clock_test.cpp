@@ -1,6 +1,7 @@
 // A servo on a clock of its own beside a window at work: which of its ticks had to wait for something, and which were
 // lost. The device calls its servo, so that no due time of this machine comes into it; what the machine does to due
 // times is printed by hand_test.py.
+#include "opened.h"
 #include "support/folder.h"
 #include "support/shells.h"
 
@@ -119,13 +120,7 @@ class ClockTest : public ::testing::Test {
   ClockTest() {
     install_accessibility();
     window.resize(1200, 800);
-    window.show();
-    Model ball;
-    ball.head = Snapshot::make(testing::sphere_shell(3, 16));
-    const auto file = folder / "ball.relief";
-    EXPECT_TRUE(ModelFile::create(file, ball));
-    window.open(text(file));
-    EXPECT_TRUE(comes([&] { return window.viewport().scene().model != nullptr; }));
+    open_in(window, folder, testing::sphere_shell(3, 16));
     hand().open_devices_with(
         [clock = clock](const std::string&, HandScript script) -> Result<std::unique_ptr<HapticDevice>> {
           // As nimble as the clock, beside the calm that people want to see.

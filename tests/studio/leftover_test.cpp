@@ -1,4 +1,5 @@
 // What is opened and closed again, hundreds of times, leaves nothing behind.
+#include "opened.h"
 #include "support/folder.h"
 #include "support/shells.h"
 
@@ -33,13 +34,7 @@ class LeftoverTest : public ::testing::Test {
  protected:
   LeftoverTest() {
     window.resize(1200, 800);
-    window.show();
-    Model ball;
-    ball.head = Snapshot::make(testing::sphere_shell(2, 16));
-    const auto file = folder / "ball.relief";
-    EXPECT_TRUE(ModelFile::create(file, ball));
-    window.open(text(file));
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.viewport().scene().model != nullptr; }, kPatience));
+    open_in(window, folder, testing::sphere_shell(2, 16));
   }
   void trigger(const char* action) { window.findChild<QAction*>(action)->trigger(); }
   /// What is done, with all that was put off until later.

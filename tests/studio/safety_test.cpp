@@ -1,5 +1,6 @@
 // What takes the force away: switched off, a device that is lost, a hand that is too fast. A device that does such
 // things is made up, for the simulated hand never fails; the window and all that is behind it are the studio's own.
+#include "opened.h"
 #include "support/folder.h"
 #include "support/shells.h"
 
@@ -89,7 +90,6 @@ class SafetyTest : public ::testing::Test {
   SafetyTest() {
     install_accessibility();
     window.resize(1200, 800);
-    window.show();
     hand().open_devices_with(
         [wire = wire](const std::string& name, HandScript script) -> Result<std::unique_ptr<HapticDevice>> {
           // Five times as nimble as people want to see it.
@@ -97,12 +97,7 @@ class SafetyTest : public ::testing::Test {
           if (!made) return made;
           return std::make_unique<FailingDevice>(*std::move(made), wire);
         });
-    Model ball;
-    ball.head = Snapshot::make(testing::sphere_shell(2, 16));
-    const auto file = folder / "ball.relief";
-    EXPECT_TRUE(ModelFile::create(file, ball));
-    window.open(text(file));
-    EXPECT_TRUE(comes([&] { return window.viewport().scene().model != nullptr; }));
+    open_in(window, folder, testing::sphere_shell(2, 16));
     window.use_device("simulated");
     EXPECT_TRUE(touches());
   }

@@ -1,5 +1,6 @@
 // What a stroke could not do as it was wanted: the window says so while it goes on. Strokes are made with the mouse on
 // models on which each of these happens, and on none of them more than one.
+#include "opened.h"
 #include "support/folder.h"
 #include "support/shells.h"
 
@@ -45,13 +46,7 @@ class ToldTest : public ::testing::Test {
   ToldTest() { window.resize(1200, 800); }
 
   void open(std::shared_ptr<const SlabMesh> cage, AxisView from) {
-    Model model;
-    model.head = Snapshot::make(std::move(cage));
-    const auto file = folder / "model.relief";
-    ASSERT_TRUE(ModelFile::create(file, model));
-    window.show();
-    window.open(text(file));
-    ASSERT_TRUE(QTest::qWaitFor([&] { return view().scene().model != nullptr; }, kPatience));
+    open_in(window, folder, std::move(cage));
     view().set_camera(look_along(view().camera(), from, {0, 1, 0}));
     QTest::keyClick(&view(), Qt::Key_C);
     set("strength", 0.3);

@@ -252,6 +252,18 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   EXPECT_GT(halves, 100U);
 }
 
+/// A list gives what a search of all the surface finds within the reach; returns how much that is.
+std::size_t found_as_by_search(MicroTriangles& surface, detail::Neighbourhood& list, detail::Patches& patches, Vec3d p,
+                               double reach) {
+  std::set<Key> found, all;
+  double reach2 = reach * reach;
+  list.visit_near(surface, patches, p, reach2, detail::kAnyWork,
+                  [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
+  detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+  EXPECT_EQ(found, all);
+  return found.size();
+}
+
 // For which there is no time in one call, of a hand that moves on meanwhile.
 TEST(Neighbourhood, MadeALittleAtATimeItIsWholeInTheEnd) {
   // The second is so fine that the list is cut short on the way.
@@ -277,14 +289,7 @@ TEST(Neighbourhood, MadeALittleAtATimeItIsWholeInTheEnd) {
       }
       const double reach = 0.9 * least;
       if (!list.covers(p, reach)) continue;  // there is no room
-      std::set<Key> found, all;
-      double reach2 = reach * reach;
-      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
-                      [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
-      detail::visit_near(surface, p, 0, reach2,
-                         [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
-      EXPECT_EQ(found, all);
-      found_in_all += found.size();
+      found_in_all += found_as_by_search(surface, list, *patches, p, reach);
       // What is forgotten is not gone on with.
       static_cast<void>(list.gather(surface, any() * 3.0, least, 2 * least, 0, surface.placed() + kTime));
       list.forget();
@@ -450,13 +455,7 @@ TEST(Neighbourhood, KnowsBothEndsOfACliff) {
       const Vec3d p = along * x + out * y + aside * z;
       list.gather(surface, p, reach, 2 * reach, 0, detail::kAnyWork);
       if (!list.covers(p, reach)) continue;
-      std::set<Key> found, all;
-      double reach2 = reach * reach;
-      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
-                      [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
-      detail::visit_near(surface, p, 0, reach2,
-                         [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
-      EXPECT_EQ(found, all);
+      found_as_by_search(surface, list, *patches, p, reach);
       ++looks;
     }
   }
