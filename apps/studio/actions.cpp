@@ -127,10 +127,11 @@ void MainWindow::build_actions() {
     double right, down;
   };
   constexpr double kStep = 0.2617993877991494;  // 15 degrees
-  for (const Step& step : {Step{"turn-left", QT_TR_NOOP("Turn left"), Qt::Key_4, -kStep, 0},
-                           Step{"turn-right", QT_TR_NOOP("Turn right"), Qt::Key_6, kStep, 0},
-                           Step{"turn-up", QT_TR_NOOP("Turn up"), Qt::Key_8, 0, -kStep},
-                           Step{"turn-down", QT_TR_NOOP("Turn down"), Qt::Key_2, 0, kStep}})
+  // The eye goes to the side that the key names, as in Blender: the model's turn is the opposite one.
+  for (const Step& step : {Step{"turn-left", QT_TR_NOOP("Turn the view left"), Qt::Key_4, kStep, 0},
+                           Step{"turn-right", QT_TR_NOOP("Turn the view right"), Qt::Key_6, -kStep, 0},
+                           Step{"turn-up", QT_TR_NOOP("Turn the view up"), Qt::Key_8, 0, kStep},
+                           Step{"turn-down", QT_TR_NOOP("Turn the view down"), Qt::Key_2, 0, -kStep}})
     add(QString::fromLatin1(step.id), tr(step.title), QKeySequence(step.key),
         [this, step] { viewport_->set_camera(orbit(viewport_->camera(), step.right, step.down, true)); });
   for (const auto& [id, title, key, side] : {std::tuple{"roll-left", QT_TR_NOOP("Roll left"), Qt::Key_4, 1.0},

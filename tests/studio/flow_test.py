@@ -201,12 +201,21 @@ class WayBack(Case):
 
 
 class FullDisk(Case):
-    """The disk is full for a while: a banner, work goes on, nothing is lost."""
+    """The disk of the model is full: a banner, work goes on, nothing is lost."""
 
-    def test_nothing_is_lost(self):
-        flag = studio.folder() / "the-disk-is-full"
-        file = model()
-        s = Studio(file, environment={"LD_PRELOAD": str(studio.BIN / "libstudio_disk.so"), "RELIEF_TEST_FULL": str(flag)})
+    def opened(self):
+        """A model on a disk that is full while the flag is there."""
+        self.flag = studio.folder() / "the-disk-is-full"
+        self.addCleanup(lambda: self.flag.unlink(missing_ok=True))
+        self.file = model()
+        return Studio(self.file, environment={"LD_PRELOAD": str(studio.BIN / "libstudio_disk.so"), "RELIEF_TEST_FULL": str(self.flag)})
+
+    def alerts(self, s):
+        return [o for o in s.all(studio.shows) if o.getRoleName() == "alert"]
+
+    def test_01_the_disk_has_room_again(self):
+        s = self.opened()
+        flag, file = self.flag, self.file
         s.press("Carve")
         mark = s.log.mark()
         s.stroke((0.42, 0.45), (0.46, 0.45))
@@ -216,8 +225,7 @@ class FullDisk(Case):
         second = s.stroke((0.48, 0.45), (0.52, 0.45))
         s.log.wait("banner", mark)
         self.assertEqual(len(journal(file)), 1)
-        alerts = lambda: [o for o in s.all(studio.shows) if o.getRoleName() == "alert"]
-        banner = wait("a banner of role alert", alerts)[0]
+        banner = wait("a banner of role alert", lambda: self.alerts(s))[0]
         self.assertIn("could not be saved yet", banner.name)
         wait("the same words in the status line", lambda: s.described("Status", "label") == banner.name)
         before = s.picture()
@@ -228,7 +236,79 @@ class FullDisk(Case):
         s.log.wait("saved", mark, lambda e: e["stroke"] == 3, patience=15 + studio.PATIENCE)  # tried again every 10 s
         self.assertEqual(len(journal(file)), 3)
         self.assertEqual(relief("info", file, "--json")["content_hash"], third["hash"])
-        wait("the banner to go", lambda: not alerts())
+        wait("the banner to go", lambda: not self.alerts(s))
+        self.assertTrue(s.close())
+
+    def test_02_save_elsewhere(self):
+        s = self.opened()
+        s.press("Carve")
+        mark = s.log.mark()
+        s.stroke((0.42, 0.45), (0.46, 0.45), samples=0)
+        s.log.wait("saved", mark)
+        self.flag.touch()
+        mark = s.log.mark()
+        second = s.stroke((0.48, 0.45), (0.52, 0.45), samples=0)
+        s.log.wait("banner", mark)
+        place = studio.folder() / f"other-disk-{time.monotonic_ns()}"
+        place.mkdir()
+        there = place / "rescued.relief"
+        s.click("Save elsewhere …", "push button")
+        s.type_into("File name:", str(there))
+        s.hand.keys("Return")
+        self.assertEqual(s.log.wait("saved-elsewhere", mark)["file"], str(there))
+        wait("the banner to go", lambda: not self.alerts(s))
+        # Both strokes are there, and it goes on there; the full disk keeps what it had.
+        mark = s.log.mark()
+        third = s.stroke((0.42, 0.55), (0.46, 0.55), samples=0)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 3)
+        self.assertNotEqual(third["hash"], second["hash"])
+        self.assertTrue(s.close())
+        self.assertEqual((len(journal(there)), len(journal(self.file))), (3, 1))
+        self.assertEqual(relief("info", there, "--json")["content_hash"], third["hash"])
+        self.assertEqual([file.name for file in place.iterdir()], [there.name])
+
+
+class Doors(Case):
+    """The ways in beside a drop: the dialog, and the models of the last time."""
+
+    def test_01_by_dialog_then_from_the_last_ones(self):
+        file = model()
+        s = Studio(ready=False)
+        s.find("Start page")
+        for ask, given in ((lambda: s.hand.keys("Control_L+o"), scan()), (lambda: s.click("Choose a file", "push button"), file)):
+            mark = s.log.mark()
+            ask()
+            s.type_into("File name:", str(given))
+            s.hand.keys("Return")
+            opened = s.log.wait("opened", mark, patience=3 * studio.PATIENCE)
+            self.assertEqual(opened["strokes"], 0)
+            s.hands_off()
+            s.settled(mark=mark, samples=1)
+            if given == file:
+                s.press("Carve")
+                made = s.stroke((0.42, 0.45), (0.58, 0.5), samples=0)
+                s.log.wait("saved", mark)
+            s.hand.keys("Control_L+w")
+            s.find("Start page")
+        self.assertEqual(opened["file"], str(file))
+        mark = s.log.mark()
+        self.assertRegex(s.described(file.stem, "push button"), r"\b1 stroke\b")
+        s.click(file.stem, "push button")
+        again = s.log.wait("opened", mark)
+        self.assertEqual((again["file"], again["hash"], again["strokes"]), (str(file), made["hash"], 1))
+        self.assertTrue(s.close())
+
+    def test_02_a_name_that_is_not_there_is_told(self):
+        s = Studio(model())
+        before = s.log.last("opened")
+        mark = s.log.mark()
+        s.hand.keys("Control_L+o")
+        s.type_into("File name:", str(studio.folder() / "nowhere.ply"))
+        s.hand.keys("Return")
+        wait("the dialog's own answer", lambda: len(s.dialogs()) > 1)
+        wait("the dialogs to close", s.dismissed, rest=0.2)
+        self.assertEqual(s.log.since(mark, "opened"), [])
+        self.assertEqual(s.log.last("opened"), before)
         self.assertTrue(s.close())
 
 

@@ -50,6 +50,10 @@ class Camera(OneStudio):
     def away(self, camera):
         return math.dist(camera["eye"], camera["target"])
 
+    def back(self, camera):
+        """The unit vector from what is looked at to the eye."""
+        return [(e - t) / self.away(camera) for e, t in zip(camera["eye"], camera["target"])]
+
     def test_01_orbit(self):
         s = self.studio
         for how in ({"button": 2}, {"button": 1, "keys": ["Alt_L"]}):
@@ -90,9 +94,9 @@ class Camera(OneStudio):
     def test_04_views_and_lens(self):
         s = self.studio
         for key, axis in (("3", 0), ("7", 1), ("1", 2)):
-            camera = self.turned(lambda: s.hand.keys(key))
-            back = [(e - t) / self.away(camera) for e, t in zip(camera["eye"], camera["target"])]
-            self.assertAlmostEqual(back[axis], 1, delta=1e-3, msg=key)
+            for chord, side in ((f"Control_L+{key}", -1), (key, 1)):
+                camera = self.turned(lambda: s.hand.keys(chord))
+                self.assertAlmostEqual(self.back(camera)[axis], side, delta=1e-3, msg=chord)
         self.assertTrue(self.turned(lambda: s.hand.keys("5"))["parallel"])
         self.assertFalse(self.turned(lambda: s.hand.keys("5"))["parallel"])
         self.turned(lambda: s.drag((0.4, 0.5), (0.6, 0.5), button=2, keys=["Shift_L"]))
@@ -102,7 +106,27 @@ class Camera(OneStudio):
         self.assertAlmostEqual((left + right) / 2, x + width / 2, delta=0.03 * width)
         self.assertGreater(self.away(home), 0)
 
-    def test_05_axis_ball(self):
+    STEP = math.radians(15)
+
+    def test_05_steps_by_key(self):
+        s = self.studio
+        # From the front the eye stands on +z. A step goes to a side, one of the other key comes back.
+        sine, cosine = math.sin(self.STEP), math.cos(self.STEP)
+        for key, other, back in (("6", "4", (sine, 0, cosine)), ("4", "6", (-sine, 0, cosine)),
+                                 ("8", "2", (0, sine, cosine)), ("2", "8", (0, -sine, cosine))):
+            with self.subTest(key):
+                there = self.turned(lambda: s.hand.keys(key))
+                self.assert_near(self.back(there), back, 1e-3)
+                again = self.turned(lambda: s.hand.keys(other))
+                self.assert_near(self.back(again), (0, 0, 1), 1e-3)
+        for key, other, up in (("4", "6", (-sine, cosine, 0)), ("6", "4", (sine, cosine, 0))):
+            with self.subTest(f"roll {key}"):
+                rolled = self.turned(lambda: s.hand.keys(f"Shift_L+{key}"))
+                self.assert_near(rolled["up"], up, 1e-3)
+                self.assert_near(self.back(rolled), (0, 0, 1), 1e-3)
+                self.assert_near(self.turned(lambda: s.hand.keys(f"Shift_L+{other}"))["up"], (0, 1, 0), 1e-3)
+
+    def test_08_axis_ball(self):
         s = self.studio
         x, y, width, _ = s.viewport()
         corner = s.picture((x + width - 110, y, 110, 110))
@@ -126,7 +150,6 @@ class Camera(OneStudio):
         s.hands_off()
         self.assertEqual(s.log.since(mark, "camera"), [])
         self.assertEqual(s.picture(), before)
-
 
     def middle_click(self):
         """With Alt, on the model right of its middle; the cameras after it, and after a turn so that we know when to look."""
@@ -195,7 +218,7 @@ class IndustryMap(Camera):
             self.assert_near(camera["target"], self.start["target"], 1e-6)
 
     test_06_a_drag_on_a_panel_turns_nothing = None  # the same in all maps, as are keys and the ball of axes
-    test_04_views_and_lens = test_05_axis_ball = None
+    test_04_views_and_lens = test_05_steps_by_key = test_08_axis_ball = None
 
 
 if __name__ == "__main__":

@@ -1638,22 +1638,6 @@ berühren, um weiterzumachen</translation>
         <translation>Ansicht von unten</translation>
     </message>
     <message>
-        <source>Turn left</source>
-        <translation>Nach links drehen</translation>
-    </message>
-    <message>
-        <source>Turn right</source>
-        <translation>Nach rechts drehen</translation>
-    </message>
-    <message>
-        <source>Turn up</source>
-        <translation>Nach oben drehen</translation>
-    </message>
-    <message>
-        <source>Turn down</source>
-        <translation>Nach unten drehen</translation>
-    </message>
-    <message>
         <source>Roll left</source>
         <translation>Nach links kippen</translation>
     </message>
@@ -2336,6 +2320,22 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Making room under the stroke …</source>
         <translation>Unter dem Strich wird Platz geschaffen …</translation>
+    </message>
+    <message>
+        <source>Turn the view left</source>
+        <translation>Ansicht nach links drehen</translation>
+    </message>
+    <message>
+        <source>Turn the view right</source>
+        <translation>Ansicht nach rechts drehen</translation>
+    </message>
+    <message>
+        <source>Turn the view up</source>
+        <translation>Ansicht nach oben drehen</translation>
+    </message>
+    <message>
+        <source>Turn the view down</source>
+        <translation>Ansicht nach unten drehen</translation>
     </message>
 </context>
 <context>
