@@ -43,7 +43,7 @@ void MainWindow::build_actions() {
   });
   add("save-as", tr("Save &as …"), QKeySequence::SaveAs, [this] { ask_save_as(); });
   add("export", tr("&Export …"), QKeySequence(Qt::CTRL | Qt::Key_E), [this] { ask_export(); });
-  add("picture", tr("Save a &picture …"), QKeySequence(Qt::Key_F12), [this] { ask_picture(); });
+  add("picture", tr("Save a &picture"), QKeySequence(Qt::Key_F12), [this] { ask_picture(); });
   add("close-model", tr("&Close the model"), QKeySequence::Close, [this] {
     QString why;
     keep_picture();

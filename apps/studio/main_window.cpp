@@ -242,6 +242,7 @@ void MainWindow::say_state() {
 }
 
 void MainWindow::say_in_status(const QString& words) {
+  if (status_->text() == words) return;  // a screen reader says each change
   status_->setText(words);
   status_->setAccessibleDescription(words);
   QAccessibleEvent event(status_, QAccessible::DescriptionChanged);

@@ -39,6 +39,7 @@ void MainWindow::connect_document() {
     viewport_->set_model(head);
   });
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
+    bar_told_ = false;
     if (stroke.source == 0 && std::exchange(making_room_, false) && stroke.cancelled)
       say(tr("The stroke was taken back."));
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
@@ -57,8 +58,9 @@ void MainWindow::connect_document() {
     say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
     refresh();
   });
-  connect(&bridge_, &DocumentBridge::limitReached, this,
-          [this] { say(tr("The clay ends here: no further in this direction.")); });
+  connect(&bridge_, &DocumentBridge::limitReached, this, [this] {
+    if (!bar_told_) say(tr("The clay ends here: no further in this direction."));
+  });
   connect(&bridge_, &DocumentBridge::pointMissed, this,
           [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
   connect(&bridge_, &DocumentBridge::detailLimited, this, [this] {
@@ -78,6 +80,7 @@ void MainWindow::connect_document() {
     if (making_room_) say(tr("Making room under the stroke … Esc takes the stroke back."));
   });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
+    bar_told_ = room.bar == RoomBar::FarSide || room.bar == RoomBar::OtherPart || room.overhang > 0;
     if (room.bar == RoomBar::FarSide)
       say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
               .arg(length_text(room.bar_distance, unit_)));
@@ -109,7 +112,8 @@ void MainWindow::connect_document() {
     if (phase == QLatin1String("copy") || phase == QLatin1String("save")) tell_aside(saving_, tr("Saving …"), share);
     if (making_room_ && phase == QLatin1String("room"))
       say_in_status(tr("Making room under the stroke: %1 %. Esc takes the stroke back.").arg(qRound(share * 100)));
-    if (changing_cage_) say(tr("Working on the slabs: %1 %. You can go on sculpting.").arg(qRound(share * 100)));
+    if (changing_cage_)
+      say_in_status(tr("Working on the slabs: %1 %. You can go on sculpting.").arg(qRound(share * 100)));
   });
   connect(&bridge_, &DocumentBridge::strokeRefused, this,
           [this] { say(tr("The other hand is at work; the stroke was not begun.")); });

@@ -1,6 +1,7 @@
 """Every control: its name, its one showing, and a click on it; the work without a mouse."""
 
 import collections
+import time
 import unittest
 
 import studio
@@ -10,8 +11,16 @@ CONTRACT = ("Viewport", "Carve", "Deposit", "Paint", "Smooth", "Flatten", "Infla
             "Strength", "Undo", "Redo", "Symmetry", "Device", "Status", "Tool panel", "Layers panel", "History panel", "Device panel")
 PRESSED = ("push button", "check box", "toggle button", "radio button", "page tab")
 NAMED = PRESSED + ("slider", "menu", "menu item", "check menu item", "combo box", "spin button", "text", "tool bar", "list", "canvas")
-# They end the program; each has a test of its own.
+CLICKED = PRESSED + ("slider", "combo box", "list item")
+# They end the program or close the model or a dialog; each has a test of its own.
 ENDS = ("Quit", "Close")
+# What the window looks like after these hides other controls: a key takes it back.
+UNDONE = {"Full screen": "F11", "Hide or show all panels": "F4"}
+
+
+def in_closed_choice(o):
+    """The entries of a choice count as shown, though its list is closed."""
+    return o.getRoleName() == "list item" and o.parent.parent.getRoleName() == "combo box"
 
 
 class Names(OneStudio):
@@ -32,22 +41,100 @@ class Names(OneStudio):
         names = collections.Counter(o.name for o in self.studio.all(lambda o: o.getRoleName() in PRESSED and studio.shows(o)))
         self.assertEqual([name for name, count in names.items() if count > 1], [])
 
-    def test_04_a_click_on_every_control(self):
-        s = self.studio
-        clicked = 0
-        for control in list(s.all(lambda o: o.getRoleName() in PRESSED and studio.shows(o) and o.name)):
+    def click_each(self, root, after, *left_out, within=(0.5,)):
+        """A click on each showing control below a root, in the middle or at shares of a slider's width, and after() it; their names."""
+        s, clicked = self.studio, []
+        for control in list(s.all(lambda o: o.getRoleName() in CLICKED and studio.shows(o) and o.name and not in_closed_choice(o), root)):
             try:
-                name, shown = control.name, studio.shows(control)
-                x, y, width, height = studio.rect(control)
+                name, role, shown, (x, y, width, height) = control.name, control.getRoleName(), studio.shows(control), studio.rect(control)
             except Exception:
                 continue  # a click on another one has replaced it
-            if name in ENDS or not shown:
+            if name in ENDS + left_out or not shown:
                 continue
             with self.subTest(name):
-                s.hand.click(x + width // 2, y + height // 2)
+                for share in within if role == "slider" else (0.5,):
+                    s.hand.click(x + int(share * width), y + height // 2)
+                after()
+                clicked.append(name)
+        return clicked
+
+    def test_04_a_click_on_every_control(self):
+        self.assertGreater(len(self.click_each(None, self.back_at_the_model, within=(0.2, 0.7))), 20)
+
+    def entries(self, menu):
+        return [o for o in self.studio.all(lambda o: o.getRoleName() == "menu item" and o.name, menu) if o != menu]
+
+    def menus(self):
+        bar = next(self.studio.all(lambda o: o.getRoleName() == "menu bar" and studio.shows(o)))
+        return [bar.getChildAtIndex(k) for k in range(bar.childCount)]
+
+    def go(self, *way):
+        """Clicks through menus, from the bar to an entry."""
+        for o in way:
+            wait(f"{o.name} on the screen", lambda: studio.shows(o))
+            x, y, width, height = studio.rect(o)
+            self.studio.hand.click(x + width // 2, y + height // 2)
+
+    def test_05_a_click_on_every_entry_of_the_menus(self):
+        s = self.studio
+        ways = []  # from the bar to an entry that has none below it
+        for top in self.menus():
+            inner = [o for o in self.entries(top) if o.childCount]
+            within = [(top, menu, o) for menu in inner for o in self.entries(menu)]
+            ways += within + [(top, o) for o in self.entries(top) if o not in inner and all(o != way[-1] for way in within)]
+        self.assertGreater(len(ways), 60)
+        clicked = []
+        for way in ways:
+            name = way[-1].name
+            if name.startswith(ENDS):
+                continue
+            with self.subTest(name):
+                self.go(*way)
+                if way[-1].getState().contains(studio.pyatspi.STATE_ENABLED):
+                    wait("the menu to close", lambda: not studio.shows(way[-1]))
+                    if name.endswith("…"):  # it asks
+                        wait(f"the question of {name}", lambda: s.dialogs() or s.showing("Commands"))
+                clicked.append(name)
                 self.back_at_the_model()
-                clicked += 1
-        self.assertGreater(clicked, 20)
+                if name in UNDONE:
+                    s.hand.keys(UNDONE[name])
+        for name in ("Save a turntable …", "Stretch", "Play a recording …", "Roll left", "Make everything finer"):  # each kind of them
+            self.assertIn(name, clicked)
+        self.assertEqual(s.log.since(0, "failed"), [])
+
+    def test_06_every_control_of_the_preferences(self):
+        s = self.studio
+        s.hands_off()
+        s.hand.keys("Control_L+comma")
+        dialog = s.find("Preferences", "dialog")
+        pages = list(s.all(lambda o: o.getRoleName() == "list item", s.find("Pages", "list", dialog)))
+        self.assertGreater(len(pages), 3)
+        names = [page.name for page in pages]
+
+        def close_what_came():
+            """A list, or a question; the preferences themselves stay."""
+            while len(s.dialogs()) > 1:
+                s.hand.keys("Escape")
+                time.sleep(0.05)
+        clicked = set()
+        for page in pages:
+            x, y, width, height = studio.rect(page)
+            s.hand.click(x + width // 2, y + height // 2)
+            clicked.update(self.click_each(dialog, close_what_came, *names, within=(0.3,)))
+        self.assertGreater(len(clicked), 15)
+        self.back_at_the_model()
+
+    def test_07_every_control_of_a_device(self):
+        s = self.studio
+        menu = next(menu for menu in self.menus() if menu.name == "Devices")
+        device = lambda name: self.go(menu, next(o for o in self.entries(menu) if o.name == name))
+        mark = s.log.mark()
+        device("Simulated hand")
+        s.log.wait("hand", mark)
+        self.assertGreater(len(self.click_each(s.find("Device panel"), self.back_at_the_model, within=(0.2, 0.7))), 5)
+        mark = s.log.mark()
+        device("No device")
+        s.log.wait("device-end", mark)
 
     def back_at_the_model(self):
         """Whatever the click opened is closed by Escape, and the viewport is there."""

@@ -423,6 +423,45 @@ class Tools(OneStudio):
         self.assertEqual(s.log.since(mark, "stroke"), [])
 
 
+class Limits(OneStudio):
+    """Where clay ends: it is said why while the stroke goes, room is made, and the model stays whole."""
+
+    def carved(self, u, v):
+        """A press in one place: the stroke, and what was said meanwhile."""
+        s, mark = self.studio, self.studio.log.mark()
+        made = s.stroke((u, v), (u + 0.005, v + 0.005), steps=8, samples=0)
+        return made, [e["text"] for e in s.log.since(mark, "toast")]
+
+    def test_a_hole_deeper_than_the_clay(self):
+        s = self.studio
+        s.press("Carve")
+        made, told = self.carved(0.40, 0.45)  # the control: with the usual tool there is clay
+        self.assertEqual((made["limited"], [words for words in told if "oom" in words or "ends here" in words]), (0, []))
+        for name, share in (("Radius", 0.75), ("Strength", 1)):
+            value = s.find(name).queryValue()
+            value.currentValue = value.minimumValue + share * (value.maximumValue - value.minimumValue)
+        all_told, limited = [], 0
+        for _ in range(8):
+            made, told = self.carved(0.5, 0.42)
+            all_told += told
+            limited = max(limited, made["limited"])
+            if limited:
+                break
+        self.assertGreater(limited, 0, "the pumpkin is no deeper than eight radii")
+        self.assertTrue(any(words.startswith("Making room under the stroke") for words in all_told), all_told)
+        why = [words for words in told if words.startswith("The form is ")]
+        self.assertTrue(why, told)
+        self.assertEqual(told[-1], why[-1], "the reason is what stays to be read")
+        # It is read on the screen, by a screen reader, and in the status line.
+        self.assertEqual(s.described("Status", "label"), why[-1])
+        area = studio.rect(s.find(why[-1], "notification"))
+        seen = s.picture(area)
+        wait("the words to go", lambda: not s.showing(why[-1], "notification"), rest=0.1)
+        self.assertGreater(seen.differing(s.picture(area), 24), 200)
+        s.log.wait("saved", 0, lambda e: e["stroke"] == made["stroke"])
+        self.assertTrue(relief("verify", self.file, "--json")["holds"])
+
+
 class History(OneStudio):
     """Undo and redo, twenty deep; what was done can be replayed."""
 

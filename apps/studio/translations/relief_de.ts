@@ -969,7 +969,7 @@
 <context>
     <name>relief::studio::ColourPalette</name>
     <message>
-        <source>Other colour...</source>
+        <source>Other colour …</source>
         <translation>Andere Farbe …</translation>
     </message>
     <message>
@@ -992,7 +992,7 @@
 <context>
     <name>relief::studio::CommandPalette</name>
     <message>
-        <source>Find a command...</source>
+        <source>Find a command …</source>
         <translation>Befehl suchen …</translation>
     </message>
     <message>
@@ -1210,7 +1210,7 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
 <context>
     <name>relief::studio::DropArea</name>
     <message>
-        <source>Choose a file...</source>
+        <source>Choose a file …</source>
         <translation>Datei wählen …</translation>
     </message>
     <message>
@@ -1562,8 +1562,8 @@ berühren, um weiterzumachen</translation>
         <translation>&amp;Exportieren …</translation>
     </message>
     <message>
-        <source>Save a &amp;picture …</source>
-        <translation>&amp;Bild speichern …</translation>
+        <source>Save a &amp;picture</source>
+        <translation>&amp;Bild speichern</translation>
     </message>
     <message>
         <source>&amp;Close the model</source>
@@ -2674,7 +2674,7 @@ berühren, um weiterzumachen</translation>
         <translation>%1 %</translation>
     </message>
     <message>
-        <source>Stopping...</source>
+        <source>Stopping …</source>
         <translation>Wird angehalten …</translation>
     </message>
 </context>

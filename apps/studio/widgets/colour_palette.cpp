@@ -89,7 +89,7 @@ ColourPalette::ColourPalette(QWidget* parent)
       colour_(kColours[0].colour),
       group_(new QButtonGroup(this)),
       grid_(new QGridLayout),
-      more_(new QPushButton(icon(u"palette"), tr("Other colour..."))) {
+      more_(new QPushButton(icon(u"palette"), tr("Other colour …"))) {
   setObjectName(QStringLiteral("colour_palette"));
   setAccessibleName(tr("Colours"));
   auto* layout = new QVBoxLayout(this);

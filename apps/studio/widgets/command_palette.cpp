@@ -88,7 +88,7 @@ void collect(const QList<QAction*>& from, QList<QAction*>& into) {
 
 CommandPalette::CommandPalette(QWidget* window)
     : QFrame(window),
-      open_action_(new QAction(tr("Find a command..."), this)),
+      open_action_(new QAction(tr("Find a command …"), this)),
       line_(new QLineEdit),
       list_(new QListWidget),
       nothing_(new QLabel(tr("No command has these words."))) {

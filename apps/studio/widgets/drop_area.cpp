@@ -27,7 +27,7 @@ DropArea::DropArea(const QString& title, const QStringList& suffixes, QWidget* p
       icon_(new QLabel),
       title_(new QLabel(title)),
       hint_(new QLabel),
-      browse_(new QPushButton(tr("Choose a file..."))) {
+      browse_(new QPushButton(tr("Choose a file …"))) {
   set_accessible_role(this, QAccessible::Grouping);
   setObjectName(QStringLiteral("drop_area"));
   setAccessibleName(title);

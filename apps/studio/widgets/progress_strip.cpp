@@ -94,7 +94,7 @@ void ProgressStrip::show_state() {
 void ProgressStrip::cancel() {
   cancelled_ = true;
   cancel_->setEnabled(false);
-  phase_->setText(tr("Stopping..."));
+  phase_->setText(tr("Stopping …"));
   show_state();
   emit cancelRequested();
 }
