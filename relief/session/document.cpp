@@ -334,9 +334,9 @@ struct Document::State {
 
   /// Each dab, just after it was made.
   void made(const Dab& dab, const DabResult& result) {
+    say(DabMade{dab});
     want_room(dab, result);
     if (replaying) return;
-    say(DabMade{dab});
     const Box3d reach = reach_of(open->stroke.brush, dab);
     open->box.add(reach.low);
     open->box.add(reach.high);
@@ -448,7 +448,7 @@ struct Document::State {
   /// Notes what a dab needs, and has room made where it ran out. With dabs that come again nobody is asked: who plays
   /// them again looks at the end.
   void want_room(const Dab& dab, const DabResult& result) {
-    if (!settings.make_room || note) return;
+    if (!settings.make_room) return;
     const Brush& brush = open->stroke.brush;
     const ToolInfo& tool = relief::info(brush.tool);
     if (tool.writes != Layer::Displacement) return;
@@ -468,15 +468,17 @@ struct Document::State {
     if (replaying || open->ends || open->room_asked != 0 || !may_make_room()) return;
     open->room_asked = worker.ask([make = settings.make_room, start = editor.start(), wanted = open->wanted](
                                       const Progress& progress) { return make(start, wanted, progress); });
+    say(RoomNeeded{open->wanted});
     emit(RoomAsked{open->source});
   }
 
   [[nodiscard]] bool may_make_room() const {
-    return settings.make_room && !note && !open->is_full && open->rooms < kMostRooms && !open->wanted.empty();
+    return settings.make_room && !open->is_full && open->rooms < kMostRooms && !open->wanted.empty();
   }
 
   /// The stroke from its beginning, on other fibres, up to where it is.
   void play_again(const SnapshotPtr& base) {
+    say(StrokeAgain{.on_room = base != open->start});
     replaying = true;
     editor.set_head(base);
     engine.begin(open->stroke.brush, open->stroke.tip);
@@ -522,6 +524,7 @@ struct Document::State {
     if (open->room_asked != 0) worker.cancel(open->room_asked);
     if (open->rooms == 0 && open->room_asked == 0) emit(RoomAsked{open->source});
     set_open(open->source);
+    say(RoomNeeded{.wanted = open->wanted, .ended = true});
     const Result<Room> made = settings.make_room(base, open->wanted, progress_until(stop));
     const bool again = take_room(made);
     if (again) {

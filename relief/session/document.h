@@ -194,6 +194,15 @@ struct StrokeBegun {
 struct DabMade {
   Dab dab;  ///< the dab
 };
+/// Room is made for the open stroke, for a recording: from where it began, with the detail that it has added so far.
+struct RoomNeeded {
+  RoomWanted wanted;   ///< as its maker gets it
+  bool ended = false;  ///< it waits for that at its end: from what it began on last, without its detail
+};
+/// The open stroke begins again, and its dabs are told again; for a recording.
+struct StrokeAgain {
+  bool on_room = false;  ///< on the room that was told last; else on the model before it
+};
 /// A stroke has ended; for a recording.
 struct StrokeEnded {
   bool kept = true;     ///< else it was cancelled
@@ -207,7 +216,7 @@ struct HistoryMoved {
 struct HeadMade {
   SnapshotPtr head;  ///< the model now
 };
-using EditNote = std::variant<StrokeBegun, DabMade, StrokeEnded, HistoryMoved, HeadMade>;
+using EditNote = std::variant<StrokeBegun, DabMade, RoomNeeded, StrokeAgain, StrokeEnded, HistoryMoved, HeadMade>;
 
 /// Holds what a document has counted since it was opened.
 struct DocumentStatistics {
@@ -231,8 +240,8 @@ struct DocumentSettings {
   std::size_t history_bytes = std::size_t{512} << 20U;
   /// Called by the edit thread, in the order in which things happen. It may post commands; strokes wait for it.
   std::function<void(const Event&)> on_event = {};
-  /// Makes room where a stroke would run out of clay; without it such strokes fade out. Strokes that are watched for a
-  /// recording (see Document::watch) get none.
+  /// Makes room where a stroke would run out of clay; without it such strokes fade out. Who repeats a recording must
+  /// have the same one (see verify()).
   RoomMaker make_room = {};
   /// After which what could not be saved is tried again.
   std::chrono::milliseconds retry_after = std::chrono::seconds(10);
