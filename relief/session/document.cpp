@@ -280,8 +280,8 @@ struct Document::State {
     bool ends = false;             ///< room is made at its end
     bool is_full = false;          ///< no more room can be made
     std::uint64_t room_asked = 0;  ///< number of the job that makes room for it; 0: none
-    double overhang = 0;           ///< of the room that was made last
-    std::size_t folded = 0;        ///< likewise
+    double overhang = 0;           ///< the widest of the rooms
+    std::size_t folded = 0;        ///< of all rooms
   };
 
   /// From now on a cancel of that source reaches the stroke inside.
@@ -510,8 +510,8 @@ struct Document::State {
     }
     ++open->rooms;
     open->is_full = !made->model;
-    open->overhang = made->overhang;
-    open->folded = made->folded;
+    open->overhang = std::max(open->overhang, made->overhang);
+    open->folded += made->folded;
     emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
                    made->overhang, made->folded});
     return made->model != nullptr;

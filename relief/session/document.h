@@ -98,8 +98,8 @@ struct StrokeFinished {
   bool cancelled = false;    ///< it has left nothing
   std::uint64_t stroke = 0;  ///< strokes that stand now
   std::uint64_t tiles = 0;   ///< that it changed
-  double overhang = 0;       ///< of the room that was made for it last, see Room
-  std::size_t folded = 0;    ///< likewise
+  double overhang = 0;       ///< the widest of the rooms that were made for it, see Room
+  std::size_t folded = 0;    ///< of all these rooms together, see Room
   double seconds = 0;        ///< thread CPU time, with undo and publishing
 };
 /// A stroke was not begun, for another source had one open.

@@ -121,6 +121,26 @@ TEST(RoomUnderAStroke, IsTheSameForAHandThatIsStillAtIt) {
   EXPECT_EQ(live.head()->content_hash(), whole.head()->content_hash());
 }
 
+TEST(RoomUnderAStroke, TellsOfAllRoomsThatAStrokeGot) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  const double before = length(ball().head->slab_mesh().root_fibres()[0].direction());
+  settings.make_room = [&](const SnapshotPtr& surface, const RoomWanted&, const Progress&) -> Result<Room> {
+    // The first one is not enough.
+    const bool first = length(surface->slab_mesh().root_fibres()[0].direction()) < 1.01 * before;
+    return Room{.model = with_longer_fibres(surface, first ? 0.2 : 1, 0),
+                .fibres = 1,
+                .overhang = first ? 0.25 : 0.125,
+                .folded = first ? 3U : 4U};
+  };
+  Document document(ball(), std::move(settings));
+  post(document, deep_tap(0.35));
+  document.settle();
+  EXPECT_EQ(events.of<StrokeFinished>().back().result.limited, 0U);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "the widest";
+  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 7U) << "of both";
+}
+
 TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   Events events;
   DocumentSettings settings = events.settings();
