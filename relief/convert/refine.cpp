@@ -117,11 +117,34 @@ void want_room(const Snapshot& model, SlabId s, double diagonal, RoomWanted& wan
 
 // ---- Finer grids
 
-/// Slabs that must be cut because they lie beside one that is cut and is finer already.
-void add_coarser(const SlabMesh& mesh, SlabId s, std::vector<std::uint8_t>& cuts) {
-  if (std::exchange(cuts[s], 1) != 0) return;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (is_half(mesh.slabs()[s].shares[k])) add_coarser(mesh, mesh.slabs()[s].neighbours[k], cuts);
+/// Returns whether a slab has an odd grid in a layer that no tile can have twice. Then no samples can hang in its
+/// edges.
+bool is_odd_to_the_limit(const Snapshot& model, SlabId s) {
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!model.has(layer)) continue;
+    const int n = model.intervals(layer, s);
+    if (n % 2 != 0 && 2 * n > kMaxIntervals) return true;
+  }
+  return false;
+}
+
+/// Adds a slab to those that are cut, and the slabs that must be cut for that: coarser ones beside it, and those whose
+/// edges cannot hold the samples of its parts.
+void add_cut(const Snapshot& model, SlabId slab, std::vector<std::uint8_t>& cuts) {
+  const SlabMesh& mesh = model.slab_mesh();
+  std::vector<SlabId> open = {slab};
+  while (!open.empty()) {
+    const SlabId s = open.back();
+    open.pop_back();
+    if (std::exchange(cuts[s], 1) != 0) continue;
+    for (int edge = 0; edge < 3; ++edge)
+      mesh.for_each_across(s, edge, [&](SlabId other) {
+        const int level = mesh.level(other);
+        if (level < mesh.level(s) || (level == mesh.level(s) && is_odd_to_the_limit(model, other)))
+          open.push_back(other);
+      });
+  }
 }
 
 /// Twice the samples along every edge of the chosen slabs, in all layers or that of the displacement. Those whose tiles
@@ -136,7 +159,7 @@ Detail twice_as_fine(const Snapshot& model, const std::function<bool(SlabId)>& c
   std::vector<std::uint8_t> cuts(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
     if (chosen(s) && std::ranges::any_of(layers, [&](Layer layer) { return 2 * model.intervals(layer, s) > most; }))
-      add_coarser(mesh, s, cuts);
+      add_cut(model, s, cuts);
   Detail detail;
   const auto want = [&](SlabId from, SlabId s) {
     if (!chosen(from)) return;
