@@ -597,19 +597,29 @@ struct Document::State {
     return fail(Errc::InvalidArgument, "the cage cannot change while a recording is being made");
   }
 
+  [[nodiscard]] Result<SnapshotPtr> first_for(const ChangeCage& command) {
+    if (!command.compares) return SnapshotPtr();
+    return state_at(history.first());
+  }
+
   void ask_for_change() {
     if (note) {
       end_change(watched());
       return;
     }
+    const Result<SnapshotPtr> first = first_for(changing->command);
+    if (!first) {
+      end_change(std::unexpected(first.error()));
+      return;
+    }
     changing->from = history.at(history.position()).snapshot;
     ++changing->times;
-    changing->number =
-        worker.ask([make = changing->command.make, from = changing->from](const Progress& progress) -> Result<Room> {
-          auto made = make(from, progress);
-          if (!made) return std::unexpected(made.error());
-          return Room{.model = *made};
-        });
+    changing->number = worker.ask([make = changing->command.make, from = changing->from,
+                                   first = *first](const Progress& progress) -> Result<Room> {
+      auto made = make(from, first, progress);
+      if (!made) return std::unexpected(made.error());
+      return Room{.model = *made};
+    });
   }
 
   void take_ready_change() {
@@ -637,7 +647,8 @@ struct Document::State {
 
   /// Whoever sculpts all the time waits for it.
   void change_now() {
-    const auto made = changing->command.make(editor.head(), progress_until(stop_change));
+    const Result<SnapshotPtr> first = first_for(changing->command);
+    const auto made = first ? changing->command.make(editor.head(), *first, progress_until(stop_change)) : first;
     if (!made) {
       end_change(std::unexpected(made.error()));
       return;
@@ -714,6 +725,13 @@ struct Document::State {
     go_to(history.position() + steps);
   }
 
+  /// Of the history; from the file where memory has it no more.
+  [[nodiscard]] Result<SnapshotPtr> state_at(std::size_t number) {
+    if (const SnapshotPtr& held = history.at(number).snapshot) return held;
+    const auto [near_number, near] = history.nearest_saved(number);
+    return saver.read(number, near_number, near);
+  }
+
   void go_to(std::size_t number) {
     const std::size_t before = history.position();
     if (number == before) return;
@@ -723,16 +741,12 @@ struct Document::State {
           saver.unsaved()});
       return;
     }
-    SnapshotPtr state = history.at(number).snapshot;
-    if (!state) {
-      const auto [near_number, near] = history.nearest_saved(number);
-      auto read = saver.read(number, near_number, near);
-      if (!read) {
-        emit(Failed{read.error(), saver.unsaved()});
-        return;
-      }
-      state = *std::move(read);
+    const Result<SnapshotPtr> found = state_at(number);
+    if (!found) {
+      emit(Failed{found.error(), saver.unsaved()});
+      return;
     }
+    SnapshotPtr state = *found;
     history.move_to(number, state);
     editor.set_head(state);
     say(HistoryMoved{static_cast<std::int64_t>(number) - static_cast<std::int64_t>(before)});

@@ -74,8 +74,9 @@ struct SetHistoryBytes {
 struct ChangeCage {
   std::string label;    ///< what people read
   std::string details;  ///< of the journal, JSON; may be empty
-  /// makes the changed model; called on the worker
-  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const Progress&)> make;
+  /// makes the changed model; called on the worker. `first` is the oldest state of the history, or null
+  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const SnapshotPtr& first, const Progress&)> make;
+  bool compares = false;  ///< whether it gets `first`, which may have to be read from the file
 };
 /// Drops the changes of the cage that have not ended.
 struct CancelChanges {};

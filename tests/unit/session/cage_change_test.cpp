@@ -277,7 +277,7 @@ TEST(RoomUnderAStroke, KilledWhileItIsMadeNoFinishedStrokeIsLost) {
 }
 
 /// All slabs cut once.
-Result<SnapshotPtr> finer(const SnapshotPtr& model, const Progress&) {
+Result<SnapshotPtr> finer(const SnapshotPtr& model, const SnapshotPtr&, const Progress&) {
   Detail detail;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) detail.cuts.push_back(s);
   return with_detail(model, detail);
@@ -318,15 +318,17 @@ TEST(ChangeOfTheCage, IsMadeAgainWhereTheModelHasChangedMeanwhile) {
   Events events;
   Document document(ball(), events.settings());
   std::atomic<int> made = 0;
-  document.post(
-      ChangeCage{.label = "finer", .details = {}, .make = [&](const SnapshotPtr& model, const Progress& progress) {
-                   // Whoever asks first loses.
-                   if (made++ < 2) {
-                     post(document, stroke_over_ball(made));
-                     document.settle();
-                   }
-                   return finer(model, progress);
-                 }});
+  document.post(ChangeCage{.label = "finer",
+                           .details = {},
+                           .make = [&](const SnapshotPtr& model, const SnapshotPtr& first, const Progress& progress) {
+                             // Whoever asks first loses.
+                             if (made++ < 2) {
+                               post(document, stroke_over_ball(made));
+                               document.settle();
+                             }
+                             EXPECT_FALSE(first) << "nobody asked for it";
+                             return finer(model, first, progress);
+                           }});
   while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(made, 3);
   EXPECT_TRUE(events.of<CageChanged>()[0].changed);
@@ -344,24 +346,49 @@ TEST(ChangeOfTheCage, ThatFailsOrIsCancelledLeavesNothing) {
   Events events;
   Document document(ball(), events.settings());
   const std::uint64_t before = document.head()->content_hash();
-  document.post(
-      ChangeCage{.label = "no", .details = {}, .make = [](const SnapshotPtr&, const Progress&) -> Result<SnapshotPtr> {
-                   return fail(Errc::InvalidArgument, "it cannot be done");
-                 }});
-  std::atomic<bool> making = false;
-  document.post(ChangeCage{.label = "never",
+  document.post(ChangeCage{.label = "no",
                            .details = {},
-                           .make = [&](const SnapshotPtr&, const Progress& progress) -> Result<SnapshotPtr> {
-                             making = true;
-                             while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                             return fail(Errc::Cancelled, "cancelled");
+                           .make = [](const SnapshotPtr&, const SnapshotPtr&, const Progress&) -> Result<SnapshotPtr> {
+                             return fail(Errc::InvalidArgument, "it cannot be done");
                            }});
+  std::atomic<bool> making = false;
+  document.post(
+      ChangeCage{.label = "never",
+                 .details = {},
+                 .make = [&](const SnapshotPtr&, const SnapshotPtr&, const Progress& progress) -> Result<SnapshotPtr> {
+                   making = true;
+                   while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                   return fail(Errc::Cancelled, "cancelled");
+                 }});
   while (!making) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   document.post(CancelChanges{});
   while (events.of<CageChanged>().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(events.of<Failed>().size(), 1U) << "a cancelled one is no failure";
   EXPECT_EQ(document.head()->content_hash(), before);
   EXPECT_TRUE(document.labels().empty());
+}
+
+TEST(ChangeOfTheCage, MayCompareWithTheModelBeforeAllStrokes) {
+  const testing::Folder folder;
+  Events events;
+  // So small a budget that only the file has the old states.
+  Document document = testing::document_in(folder / "a.relief", ball(), events.settings(1));
+  const std::uint64_t before = document.head()->content_hash();
+  for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+  document.settle();
+  while (document.statistics().unsaved > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::atomic<std::uint64_t> compared = 0;
+  document.post(ChangeCage{.label = "finer",
+                           .details = {},
+                           .make =
+                               [&](const SnapshotPtr& model, const SnapshotPtr& first, const Progress& progress) {
+                                 compared = first->content_hash();
+                                 return finer(model, first, progress);
+                               },
+                           .compares = true});
+  while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+  EXPECT_EQ(compared, before);
 }
 
 }  // namespace

@@ -499,7 +499,7 @@ TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
   };
   const auto [result, carved] = carve_to(model, 0.4);
   ASSERT_GT(result.limited, 0U);
-  const Result<Refined> refined = refine(model_of(carved), RefineWhere::Saturated);
+  const Result<Refined> refined = refine(model_of(carved), RefineWhere::Saturated, model);
   ASSERT_TRUE(refined) << refined.error().message;
   EXPECT_GT(refined->saturated_before, 0U);
   EXPECT_LT(refined->saturated_after, refined->saturated_before);
@@ -515,6 +515,35 @@ TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
     shared += carved->shared_tile(Layer::Displacement, s) == refined->model.head->shared_tile(Layer::Displacement, s);
   EXPECT_GT(shared, 60U);
+}
+
+// Conversion leaves little clay in a thin wall. No tool has brought the surface there, so it is none that ran out.
+TEST(Refine, AThinWallThatNobodyTouchedIsNotSaturated) {
+  ConvertSettings settings;
+  settings.slabs = 200;
+  settings.intervals = 16;
+  const Result<Conversion> converted = convert(*make_sample("bowl", 20000), settings);
+  ASSERT_TRUE(converted) << converted.error().message;
+  const Model& model = converted->model;
+  const Result<Refined> unknown = refine(model, RefineWhere::Saturated);
+  ASSERT_TRUE(unknown) << unknown.error().message;
+  EXPECT_GT(unknown->saturated_before, 0U) << "its walls are thin";
+  const Result<Refined> refined = refine(model, RefineWhere::Saturated, model.head);
+  ASSERT_TRUE(refined) << refined.error().message;
+  EXPECT_EQ(refined->saturated_before, 0U);
+  EXPECT_EQ(refined->saturated_after, 0U);
+  EXPECT_EQ(refined->fibres_moved, 0U);
+  // What a tool has taken there counts.
+  const SurfacePoint on = surface_point(*model.head, 20, 0.3, 0.3);
+  Editor editor(model.head);
+  const double radius = 0.05 * model.info.source_diagonal;
+  editor.begin_stroke({.tool = Tool::Carve, .radius = radius, .detail = 0});
+  editor.dab(
+      {.slab = on.slab, .contact = on.position, .cursor = on.position - on.normal * radius, .normal = on.normal});
+  editor.end_stroke();
+  const Result<Refined> carved = refine({model.info, editor.head()}, RefineWhere::Saturated, model.head);
+  ASSERT_TRUE(carved) << carved.error().message;
+  EXPECT_GT(carved->saturated_before, 0U);
 }
 
 // More intervals up to 32, then cuts; the slabs' own fibres stay, and so does the surface. Once done it is done. An odd
