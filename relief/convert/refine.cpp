@@ -299,10 +299,11 @@ Status make_room_where_saturated(const Model& model, const Snapshot* converted, 
     result.fibres_lacking = made.after.size();
     RELIEF_TRY(head, with_room(head, made));
   }
-  if (head != model.head) measure(*model.head, *head, result, progress);
   result.saturated_after = WornOut(*head, converted).count();
   RELIEF_CHECK(make_finer_where_leaning(head, result, progress));
-  if (head != model.head) result.model.head = head;
+  if (head == model.head) return {};
+  measure(*model.head, *head, result, progress);
+  result.model.head = head;
   return {};
 }
 

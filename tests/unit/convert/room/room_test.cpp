@@ -3,6 +3,7 @@
 #include <relief/convert/room.h>
 #include <relief/convert/room/fibre_lengthening.h>
 #include <relief/convert/room/solids.h>
+#include <relief/convert/room/surface_resampling.h>
 #include <relief/core/detail.h>
 #include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
@@ -38,6 +39,16 @@ std::shared_ptr<const SlabMesh> lattice_ball(int levels, int n) {
 SnapshotPtr bumpy_ball(int levels = 2, int n = 16) {
   return testing::displaced(lattice_ball(levels, n),
                             [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y + p.z); });
+}
+
+/// Fibres near its equator lean by 45 degrees.
+std::shared_ptr<const SlabMesh> leaning_ball() {
+  return testing::mapped_shell(*lattice_ball(2, 16), [](Vec3d p) {
+    constexpr double kStep = 1.0 / (1 << 20);
+    const double turn = 1.0 * (length(p) - 1);
+    const Vec3d q = {p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+    return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.y / kStep) * kStep, std::round(q.z / kStep) * kStep};
+  });
 }
 
 RoomGoals goals() {
@@ -236,18 +247,7 @@ TEST(Room, FollowsAStrokeDown) {
 }
 
 TEST(Room, SaysHowFarFibresHangOver) {
-  // Fibres near the equator lean by 45 degrees.
-  const SnapshotPtr model = testing::displaced(
-      testing::mapped_shell(*lattice_ball(2, 16),
-                            [](Vec3d p) {
-                              constexpr double kStep = 1.0 / (1 << 20);
-                              const double turn = 1.0 * (length(p) - 1);
-                              const Vec3d q = {p.x * std::cos(turn) - p.y * std::sin(turn),
-                                               p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
-                              return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.y / kStep) * kStep,
-                                           std::round(q.z / kStep) * kStep};
-                            }),
-      [](Vec3d) { return 0.5; });
+  const SnapshotPtr model = testing::displaced(leaning_ball(), [](Vec3d) { return 0.5; });
   const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.2, 0.19};
   const auto [made, next] = make(model, place.cut());
   EXPECT_GT(made.overhang_after, 0);
@@ -555,8 +555,8 @@ TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
       const double turn = 6 * (length(p) - 1);
       return Vec3d{p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
     };
-    const SnapshotPtr model =
-        testing::displaced(testing::mapped_shell(*lattice_ball(2, n), twisted), [](Vec3d) { return 0.5; });
+    const SnapshotPtr model = testing::displaced(testing::mapped_shell(*lattice_ball(n == 65 ? 1 : 2, n), twisted),
+                                                 [](Vec3d) { return 0.5; });
     ASSERT_FALSE(model->slab_mesh().has_detail());
     // As conversion leaves it where it has made fibres lean: samples lie far apart along them.
     SnapshotDraft draft(model);
@@ -578,6 +578,9 @@ TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
     const Snapshot& after = *refined->model.head;
     EXPECT_TRUE(validate(after));
     EXPECT_GT(samples_of(after), samples_of(*steep));
+    EXPECT_EQ(refined->fibres_moved, 0U);
+    EXPECT_GT(refined->moved_max, 0) << "measured with the finer grids: not to the bit where fibres turn";
+    EXPECT_LT(refined->moved_max, 1e-3 * kDiagonal);
     EXPECT_EQ(after.slab_mesh().has_detail() && after.slab_mesh().slab_count() > steep->slab_mesh().slab_count(),
               n >= 32);
     EXPECT_EQ(after.slab_mesh().roots_number(), steep->slab_mesh().roots_number());
@@ -704,6 +707,52 @@ TEST(Solids, LinesPassThroughCapsules) {
     EXPECT_NEAR(p->to, last, 2 * kStep);
   }
   EXPECT_GT(passed, 50U);
+}
+
+// Fibres that lean over steep bumps, and the samples on the slabs' shared edges: each has a mark in every slab.
+TEST(Resampling, CountsASampleThatMeetsTheSurfaceSeveralTimesOnce) {
+  SnapshotDraft draft(testing::displaced(
+      lattice_ball(2, 16), [](Vec3d p) { return 0.5 + 0.2 * (std::sin(25 * p.x) + std::sin(25 * p.y)); }));
+  draft.add_layer(Layer::Folded, kOwnIntervals, 0);
+  const SnapshotPtr model = draft.finish();
+  const SlabMesh& mesh = model->slab_mesh();
+  std::vector<Fibre> fibres(mesh.fibres().begin(), mesh.fibres().end());
+  Lengthened leaning;
+  leaning.lattice = lattice_of(mesh, mesh.bounds(), 0.5).value();
+  for (const FibreId f : {10U, 20U, 30U, 40U, 50U, 60U}) {
+    const Vec3d aside = cross(fibres[f].outer, Vec3d{0.3, 0.5, 0.8}) * 0.4;
+    fibres[f].outer = leaning.lattice.to_model(snap(leaning.lattice.to_lattice(fibres[f].outer + aside)));
+    leaning.moved.push_back({f, fibres[f]});
+  }
+  const auto turned = mesh.with_root_fibres(fibres);
+  ASSERT_TRUE(turned) << turned.error().message;
+  std::vector<SlabId> slabs;
+  for (const MovedFibre& m : leaning.moved)
+    for (const SlabCorner c : mesh.fan(m.fibre)) slabs.push_back(c.slab);
+  std::ranges::sort(slabs);
+  const auto repeated = std::ranges::unique(slabs);
+  slabs.erase(repeated.begin(), repeated.end());
+  const Resampled made = resample(*model, *turned, leaning, slabs, {}, 1, {});
+  ASSERT_TRUE(made.unmet.empty());
+  std::size_t marks = 0, marked = 0;
+  for (const MovedTile& t : made.tiles) {
+    if (t.layer != Layer::Folded) continue;
+    const int n = t.tile->intervals();
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        if (t.tile->value(0, sample_index(n, {i, j})) == 0) continue;
+        ++marks;
+        SampleCopy first;
+        mesh.for_each_copy(
+            t.slab, [n](SlabId) { return n; }, {i, j},
+            [&](const SampleCopy& copy) {
+              if (first.slab == kNoSlab) first = copy;
+            });
+        marked += first.slab == t.slab ? 1 : 0;
+      }
+  }
+  EXPECT_GT(marks, marked) << "some lie on edges";
+  EXPECT_EQ(made.folded, marked);
 }
 
 TEST(CageLattice, HoldsAllFibresAndTheRoomAround) {
