@@ -52,6 +52,29 @@ class Clay : public ::testing::TestWithParam<Subject> {
     taps_.emplace(model_.head, diagonal_, 3);
   }
 
+  /// What a tap did, with room where it wanted some.
+  struct Tapped {
+    SnapshotPtr after;
+    StrokeResult result;
+    bool got_room = false;
+    std::size_t told_beside = 0;
+  };
+  [[nodiscard]] Tapped play(const testing::Tap& tap) const {
+    Events events;
+    DocumentSettings settings = events.settings();
+    settings.make_room = room_maker(diagonal_);
+    Document document(model_, std::move(settings));
+    testing::post(document, tap.stroke);
+    document.settle();
+    EXPECT_TRUE(validate(*document.head()));
+    const auto finished = events.of<StrokeFinished>();
+    EXPECT_EQ(finished.size(), 1U);
+    return {.after = document.head(),
+            .result = finished.at(0).result,
+            .got_room = !events.of<RoomEnded>().empty(),
+            .told_beside = events.of<TakenBeside>().size()};
+  }
+
   Model model_;
   double diagonal_ = 0;
   std::optional<testing::Taps> taps_;
@@ -64,21 +87,12 @@ TEST_P(Clay, ALargeBallIsCutOrTold) {
   testing::Misses worst;
   for (; places < 25; ++places) {
     const testing::Tap tap = taps_->next(radius, depth);
-    Events events;
-    DocumentSettings settings = events.settings();
-    settings.make_room = room_maker(diagonal_);
-    Document document(model_, std::move(settings));
-    testing::post(document, tap.stroke);
-    document.settle();
-    ASSERT_EQ(events.of<StrokeFinished>().size(), 1U);
-    const StrokeResult result = events.of<StrokeFinished>()[0].result;
-    const std::vector<RoomEnded> made = events.of<RoomEnded>();
-    EXPECT_EQ(events.of<TakenBeside>().size(), result.beside ? 1U : 0U);
-    rooms += made.empty() ? 0 : 1;
+    const auto [after, result, got_room, told_beside] = play(tap);
+    EXPECT_EQ(told_beside, result.beside ? 1U : 0U);
+    rooms += got_room ? 1 : 0;
     const bool is_told = result.limited > 0 || result.missed > 0 || result.beside;
     told += is_told ? 1 : 0;
-    const testing::Misses found = misses(*model_.head, *document.head(), tap);
-    EXPECT_TRUE(validate(*document.head()));
+    const testing::Misses found = misses(*model_.head, *after, tap);
     if (is_told) continue;
     worst.left = std::max(worst.left, found.left / diagonal_);
     worst.too_much = std::max(worst.too_much, found.too_much / diagonal_);
@@ -101,14 +115,8 @@ TEST_P(Clay, ASmallBallIsCutOrTold) {
   double worst = 0, rms = 0;
   for (std::size_t k = 0; k < places; ++k) {
     const testing::Tap tap = taps_->next(radius, depth);
-    Events events;
-    DocumentSettings settings = events.settings();
-    settings.make_room = room_maker(diagonal_);
-    Document document(model_, std::move(settings));
-    testing::post(document, tap.stroke);
-    document.settle();
-    const StrokeResult result = events.of<StrokeFinished>().at(0).result;
-    const testing::Misses found = misses(*model_.head, *document.head(), tap);
+    const auto [after, result, got_room, told_beside] = play(tap);
+    const testing::Misses found = misses(*model_.head, *after, tap);
     if (result.limited > 0 || result.beside) {
       ++told;
       off += found.rms > 0.05 * depth ? 1 : 0;

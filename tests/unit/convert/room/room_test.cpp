@@ -297,6 +297,16 @@ TEST(Room, SaysWhatItCouldNotReach) {
   }
 }
 
+/// A sample, converted.
+Model converted(const char* sample, std::size_t triangles, int slabs, int intervals = 16) {
+  ConvertSettings settings;
+  settings.slabs = slabs;
+  settings.intervals = intervals;
+  Result<Conversion> made = convert(*make_sample(sample, triangles), settings);
+  EXPECT_TRUE(made) << made.error().message;
+  return std::move(made->model);
+}
+
 /// What bars the way of a wish, and how far from the surface.
 RoomBarred bar_of(const SnapshotPtr& model, const RoomWanted& wanted, const RoomGoals& with = goals()) {
   const Result<RoomMade> made = make_room(*model, wanted, with);
@@ -326,14 +336,9 @@ TEST(Room, TellsAHoleFromFibresThatHaveNoSpace) {
 
 TEST(Room, TellsAPartThatStandsOpposite) {
   // A ring: a lump across its hole grows into the other side.
-  ConvertSettings settings;
-  settings.slabs = 300;
-  settings.intervals = 16;
-  const Result<Conversion> converted = convert(*make_sample("torus", 20000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  const SnapshotPtr model = converted->model.head;
+  const auto [info, model] = converted("torus", 20000, 300);
   RoomGoals with;
-  with.diagonal = converted->model.info.source_diagonal;
+  with.diagonal = info.source_diagonal;
   int told = 0;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) {
     const SurfacePoint on = surface_point(*model, s, 0.3, 0.3);
@@ -519,12 +524,7 @@ TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
 
 // Conversion leaves little clay in a thin wall. No tool has brought the surface there, so it is none that ran out.
 TEST(Refine, AThinWallThatNobodyTouchedIsNotSaturated) {
-  ConvertSettings settings;
-  settings.slabs = 200;
-  settings.intervals = 16;
-  const Result<Conversion> converted = convert(*make_sample("bowl", 20000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  const Model& model = converted->model;
+  const Model model = converted("bowl", 20000, 200);
   const Result<Refined> unknown = refine(model, RefineWhere::Saturated);
   ASSERT_TRUE(unknown) << unknown.error().message;
   EXPECT_GT(unknown->saturated_before, 0U) << "its walls are thin";
@@ -602,12 +602,7 @@ TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
 
 // Openings come from the surface that is converted, layers from the nearest place of the old one.
 TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
-  ConvertSettings settings;
-  settings.slabs = 80;
-  settings.intervals = 16;
-  const Result<Conversion> converted = convert(*make_sample("torus", 6000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  Model model = converted->model;
+  Model model = converted("torus", 6000, 80);
   const double diagonal = model.info.source_diagonal;
   const Vec3d rim = closest_point(*model.head, surface_point(*model.head, 20, 0.3, 0.3).position).position;
   const auto is_open = [&](Vec3d p, double radius) { return length(p - rim) < radius * diagonal; };
@@ -650,14 +645,9 @@ TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
 
 // Leaning fibres and large slabs: what is not told is reached.
 TEST(Room, IsMadeInAConvertedModelOrTold) {
-  ConvertSettings settings;
-  settings.slabs = 200;
-  settings.intervals = 32;
-  const Result<Conversion> converted = convert(*make_sample("head", 20000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  const SnapshotPtr model = converted->model.head;
+  const auto [info, model] = converted("head", 20000, 200, 32);
   RoomGoals with;
-  with.diagonal = converted->model.info.source_diagonal;
+  with.diagonal = info.source_diagonal;
   std::size_t told = 0, places = 0;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); s += 17) {
     const SurfacePoint on = surface_point(*model, s, 0.3, 0.3);
