@@ -438,7 +438,7 @@ class Demo {
     RELIEF_TRY(const SnapshotPtr model, find_model(replay, o_.out / "model.relief"));
     const Progress progress = {.report = [this](std::string_view, double share) { steps_.show(share); },
                                .cancel = &cancel_asked};
-    RELIEF_TRY(const Verification found, relief::verify(replay, model, progress));
+    RELIEF_TRY(const Verification found, relief::verify(replay, model, {}, progress));
     facts_.recorded = found.ticks;
     facts_.repeated = found.checked;
     facts_.not_repeated = found.stopped;

@@ -91,7 +91,8 @@ Status run_refine(const RefineOptions& o, const Context& context) {
   // New slabs for what nobody has touched would only lose a little.
   Refined refined{.model = {model.info, nullptr}};
   if (where != RefineWhere::Model || read->stroke_count() > 0) {
-    RELIEF_TRY(refined, refine(model, where, context.progress));
+    RELIEF_TRY(const SnapshotPtr converted, read->at(0, context.progress));
+    RELIEF_TRY(refined, refine(model, where, converted, context.progress));
   }
   read.reset();
   const double seconds = process_cpu_seconds() - start;

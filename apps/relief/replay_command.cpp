@@ -4,6 +4,7 @@
 
 #include <relief/base/steps.h>
 #include <relief/base/try.h>
+#include <relief/convert/room.h>
 #include <relief/session/replay.h>
 
 #include <fmt/format.h>
@@ -165,6 +166,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
   RELIEF_TRY(Replay replay, Replay::open(o.recording));
   SnapshotPtr model;
   ModelInfo info;
+  RoomMaker make_room;
   const bool needs_model = o.verify || o.change || !o.model.empty();
   const int parts = (needs_model ? 1 : 0) + (o.csv.empty() ? 0 : 1) + (o.mcap.empty() ? 0 : 1) + (o.verify ? 1 : 0) +
                     (o.change ? 1 : 0);
@@ -183,6 +185,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                       },
                                       next_part("reading")));
     model = std::move(found);
+    make_room = room_maker(source_diagonal({.info = info, .head = model}));
     RELIEF_CHECK(check_tool_radius(o.tool_radius, {.info = info, .head = model}, o.recording));
   }
   ordered_json json = summary_of(replay);
@@ -205,7 +208,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
 
   std::string failed;
   if (o.verify) {
-    RELIEF_TRY(const Verification result, verify(replay, model, next_part("verifying")));
+    RELIEF_TRY(const Verification result, verify(replay, model, make_room, next_part("verifying")));
     json["verification"] = to_json(result);
     failed = complaint(result);
     if (!context.json && failed.empty())
@@ -217,7 +220,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                                                    printable(joined(result.missing), 400))));
   }
   if (o.change) {
-    RELIEF_TRY(const Comparison result, compare(replay, model, o.change, next_part("comparing")));
+    RELIEF_TRY(const Comparison result, compare(replay, model, o.change, make_room, next_part("comparing")));
     ServoSettings changed = replay.settings().front();
     o.change(changed);
     json["other_settings"] = to_json(changed, replay.device());

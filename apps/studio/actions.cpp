@@ -287,13 +287,14 @@ void MainWindow::refine_model(const QString& title, RefineWhere where) {
   label.remove(QLatin1Char('&'));
   say(tr("%1 … You can go on sculpting.").arg(label));
   ModelInfo info = document->info();
-  bridge_.post(
-      ChangeCage{.label = label.toStdString(),
-                 .details = {},
-                 .make = [info, where](const SnapshotPtr& model, const Progress& progress) -> Result<SnapshotPtr> {
-                   RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, progress));
-                   return refined.model.head;
-                 }});
+  bridge_.post(ChangeCage{.label = label.toStdString(),
+                          .details = {},
+                          .make = [info, where](const SnapshotPtr& model, const SnapshotPtr& first,
+                                                const Progress& progress) -> Result<SnapshotPtr> {
+                            RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, first, progress));
+                            return refined.model.head;
+                          },
+                          .compares = true});
   refresh();
 }
 

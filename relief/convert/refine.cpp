@@ -38,20 +38,58 @@ float end_of(const SlabMesh& mesh, SlabId s) {
   const double spacings = goals.fade_spacings * edges / (mesh.intervals(s) * fibres);
   return static_cast<float>(std::min(std::max(goals.fade_share * kBelow, spacings), kBelow / 2) / 2);
 }
-bool is_at_end(float alpha, float end) noexcept { return alpha <= end || alpha >= 1 - end; }
 
-std::size_t saturated(const Snapshot& model, SlabId s) {
-  const float* alpha = model.displacement(s);
-  const auto count = sample_count(model.slab_mesh().intervals(s));
-  const float end = end_of(model.slab_mesh(), s);
-  return static_cast<std::size_t>(std::count_if(alpha, alpha + count, [end](float a) { return is_at_end(a, end); }));
-}
+/// Where a surface stands at the end of its fibres because tools have brought it there.
+class WornOut {
+ public:
+  /// `converted` may be null.
+  WornOut(const Snapshot& model, const Snapshot* converted) : model_(model), converted_(converted) {}
 
-std::size_t saturated(const Snapshot& model) {
-  std::size_t sum = 0;
-  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) sum += saturated(model, s);
-  return sum;
-}
+  /// Calls visit(GridPoint, whether it is the inner end) for the samples of a slab.
+  template <typename Visit>
+  void for_each_sample(SlabId s, Visit&& visit) {
+    const SlabMesh& mesh = model_.slab_mesh();
+    const float* alpha = model_.displacement(s);
+    const int n = mesh.intervals(s);
+    const float end = end_of(mesh, s);
+    std::size_t index = 0;
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i, ++index) {
+        const bool below = alpha[index] <= end;
+        if ((below || alpha[index] >= 1 - end) && was_moved_there(s, {i, j}, alpha[index]))
+          visit(GridPoint{i, j}, below);
+      }
+  }
+  [[nodiscard]] std::size_t count(SlabId s) {
+    std::size_t sum = 0;
+    for_each_sample(s, [&](GridPoint, bool) { ++sum; });
+    return sum;
+  }
+  [[nodiscard]] std::size_t count() {
+    std::size_t sum = 0;
+    for (SlabId s = 0; s < model_.slab_mesh().slab_count(); ++s) sum += count(s);
+    return sum;
+  }
+
+ private:
+  /// Conversion leaves little clay in thin walls. A tool that comes to the end has taken more than it leaves, for it
+  /// fades out in the last half at most.
+  [[nodiscard]] bool was_moved_there(SlabId s, GridPoint p, float alpha) {
+    if (converted_ == nullptr) return true;
+    const int n = model_.slab_mesh().intervals(s);
+    const std::array<int, 3> w = weights(n, p);
+    const SlabCorners corners = model_.slab_mesh().corners(s);
+    const std::array<double, 3> shares = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
+    const double fibre = length(corners.point(shares, 1) - corners.point(shares, 0));
+    const Vec3d at = sample_position(model_, s, p);
+    return length(closest_point(*converted_, at, hint_).position - at) >
+           fibre * std::min(double(alpha), 1 - double(alpha));
+  }
+
+  const Snapshot& model_;
+  const Snapshot* converted_;
+  PickHint hint_;
+};
 
 /// Distances between two surfaces.
 struct Distances {
@@ -95,19 +133,14 @@ constexpr double kClayWanted = 0.08;
 constexpr double kSaturatedShare = 0.01;
 
 /// One solid for each end of the fibres of a slab that has run out there, as wide as what has.
-void want_room(const Snapshot& model, SlabId s, double diagonal, RoomWanted& wanted) {
+void want_room(const Snapshot& model, WornOut& worn, SlabId s, double diagonal, RoomWanted& wanted) {
   const SlabMesh& mesh = model.slab_mesh();
-  const int n = mesh.intervals(s);
   const SlabCorners corners = mesh.corners(s);
   const Vec3d out = normalized(corners.fibre(0) + corners.fibre(1) + corners.fibre(2));
-  const float end = end_of(mesh, s);
+  std::array<Box3d, 2> boxes;
+  worn.for_each_sample(s, [&](GridPoint p, bool below) { boxes[below ? 0 : 1].add(sample_position(model, s, p)); });
   for (const bool below : {true, false}) {
-    Box3d box;
-    for (int j = 0; j <= n; ++j)
-      for (int i = 0; i + j <= n; ++i) {
-        const float alpha = model.displacement(s)[sample_index(n, {i, j})];
-        if (is_at_end(alpha, end) && below == (alpha < 0.5F)) box.add(sample_position(model, s, {i, j}));
-      }
+    const Box3d& box = boxes[below ? 0 : 1];
     if (box.empty()) continue;
     const double radius = std::max(length(box.extent()) / 2, 1e-3 * diagonal);
     const Vec3d way = out * (std::max(kClayWanted * diagonal - radius, 0.0) * (below ? -1 : 1));
@@ -117,11 +150,34 @@ void want_room(const Snapshot& model, SlabId s, double diagonal, RoomWanted& wan
 
 // ---- Finer grids
 
-/// Slabs that must be cut because they lie beside one that is cut and is finer already.
-void add_coarser(const SlabMesh& mesh, SlabId s, std::vector<std::uint8_t>& cuts) {
-  if (std::exchange(cuts[s], 1) != 0) return;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (is_half(mesh.slabs()[s].shares[k])) add_coarser(mesh, mesh.slabs()[s].neighbours[k], cuts);
+/// Returns whether a slab has an odd grid in a layer that no tile can have twice. Then no samples can hang in its
+/// edges.
+bool is_odd_to_the_limit(const Snapshot& model, SlabId s) {
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!model.has(layer)) continue;
+    const int n = model.intervals(layer, s);
+    if (n % 2 != 0 && 2 * n > kMaxIntervals) return true;
+  }
+  return false;
+}
+
+/// Adds a slab to those that are cut, and the slabs that must be cut for that: coarser ones beside it, and those whose
+/// edges cannot hold the samples of its parts.
+void add_cut(const Snapshot& model, SlabId slab, std::vector<std::uint8_t>& cuts) {
+  const SlabMesh& mesh = model.slab_mesh();
+  std::vector<SlabId> open = {slab};
+  while (!open.empty()) {
+    const SlabId s = open.back();
+    open.pop_back();
+    if (std::exchange(cuts[s], 1) != 0) continue;
+    for (int edge = 0; edge < 3; ++edge)
+      mesh.for_each_across(s, edge, [&](SlabId other) {
+        const int level = mesh.level(other);
+        if (level < mesh.level(s) || (level == mesh.level(s) && is_odd_to_the_limit(model, other)))
+          open.push_back(other);
+      });
+  }
 }
 
 /// Twice the samples along every edge of the chosen slabs, in all layers or that of the displacement. Those whose tiles
@@ -136,7 +192,7 @@ Detail twice_as_fine(const Snapshot& model, const std::function<bool(SlabId)>& c
   std::vector<std::uint8_t> cuts(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
     if (chosen(s) && std::ranges::any_of(layers, [&](Layer layer) { return 2 * model.intervals(layer, s) > most; }))
-      add_coarser(mesh, s, cuts);
+      add_cut(model, s, cuts);
   Detail detail;
   const auto want = [&](SlabId from, SlabId s) {
     if (!chosen(from)) return;
@@ -228,12 +284,14 @@ Status make_finer_where_leaning(SnapshotPtr& model, Refined& result, const Progr
   return {};
 }
 
-Status make_room_where_saturated(const Model& model, double diagonal, Refined& result, const Progress& progress) {
+Status make_room_where_saturated(const Model& model, const Snapshot* converted, double diagonal, Refined& result,
+                                 const Progress& progress) {
   RoomWanted wanted;
+  WornOut worn(*model.head, converted);
   for (SlabId s = 0; s < model.head->slab_mesh().slab_count(); ++s)
-    if (static_cast<double>(saturated(*model.head, s)) >
+    if (static_cast<double>(worn.count(s)) >
         kSaturatedShare * static_cast<double>(sample_count(model.head->slab_mesh().intervals(s))))
-      want_room(*model.head, s, diagonal, wanted);
+      want_room(*model.head, worn, s, diagonal, wanted);
   SnapshotPtr head = model.head;
   if (!wanted.empty()) {
     RELIEF_TRY(const RoomMade made, make_room(*head, wanted, {.diagonal = diagonal}, progress));
@@ -241,10 +299,11 @@ Status make_room_where_saturated(const Model& model, double diagonal, Refined& r
     result.fibres_lacking = made.after.size();
     RELIEF_TRY(head, with_room(head, made));
   }
-  if (head != model.head) measure(*model.head, *head, result, progress);
-  result.saturated_after = saturated(*head);
+  result.saturated_after = WornOut(*head, converted).count();
   RELIEF_CHECK(make_finer_where_leaning(head, result, progress));
-  if (head != model.head) result.model.head = head;
+  if (head == model.head) return {};
+  measure(*model.head, *head, result, progress);
+  result.model.head = head;
   return {};
 }
 
@@ -301,7 +360,7 @@ Status make_anew(const Model& model, Refined& result, const Progress& progress) 
   bring_layers(*model.head, draft, progress);
   result.model.head = draft.finish();
   measure(*model.head, *result.model.head, result, progress);
-  result.saturated_after = saturated(*result.model.head);
+  result.saturated_after = 0;  // all fibres are new
   return {};
 }
 
@@ -315,19 +374,21 @@ std::optional<RefineWhere> refine_where_from_name(std::string_view text) noexcep
   return static_cast<RefineWhere>(found - kNames.begin());
 }
 
-Result<Refined> refine(const Model& model, RefineWhere where, const Progress& progress) {
+Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr& before_strokes,
+                       const Progress& progress) {
+  const Snapshot* const converted = before_strokes.get();
   Refined result{.model = {model.info, nullptr}};
-  result.saturated_before = result.saturated_after = saturated(*model.head);
+  result.saturated_before = result.saturated_after = WornOut(*model.head, converted).count();
   const double diagonal = source_diagonal(model);
   switch (where) {
     case RefineWhere::Saturated:
-      RELIEF_CHECK(make_room_where_saturated(model, diagonal, result, progress));
+      RELIEF_CHECK(make_room_where_saturated(model, converted, diagonal, result, progress));
       break;
     case RefineWhere::All: {
       const Detail detail = twice_as_fine(*model.head, [](SlabId) { return true; }, true, kMaxIntervals);
       RELIEF_TRY(result.model.head, with_detail(model.head, detail));
       measure(*model.head, *result.model.head, result, progress);
-      result.saturated_after = saturated(*result.model.head);
+      result.saturated_after = WornOut(*result.model.head, converted).count();
       break;
     }
     case RefineWhere::Model:

@@ -280,8 +280,8 @@ struct Document::State {
     bool ends = false;             ///< room is made at its end
     bool is_full = false;          ///< no more room can be made
     std::uint64_t room_asked = 0;  ///< number of the job that makes room for it; 0: none
-    double overhang = 0;           ///< of the room that was made last
-    std::size_t folded = 0;        ///< likewise
+    double overhang = 0;           ///< the widest of the rooms
+    std::size_t folded = 0;        ///< of all rooms
   };
 
   /// From now on a cancel of that source reaches the stroke inside.
@@ -334,9 +334,9 @@ struct Document::State {
 
   /// Each dab, just after it was made.
   void made(const Dab& dab, const DabResult& result) {
+    say(DabMade{dab});
     want_room(dab, result);
     if (replaying) return;
-    say(DabMade{dab});
     const Box3d reach = reach_of(open->stroke.brush, dab);
     open->box.add(reach.low);
     open->box.add(reach.high);
@@ -448,7 +448,7 @@ struct Document::State {
   /// Notes what a dab needs, and has room made where it ran out. With dabs that come again nobody is asked: who plays
   /// them again looks at the end.
   void want_room(const Dab& dab, const DabResult& result) {
-    if (!settings.make_room || note) return;
+    if (!settings.make_room) return;
     const Brush& brush = open->stroke.brush;
     const ToolInfo& tool = relief::info(brush.tool);
     if (tool.writes != Layer::Displacement) return;
@@ -468,15 +468,17 @@ struct Document::State {
     if (replaying || open->ends || open->room_asked != 0 || !may_make_room()) return;
     open->room_asked = worker.ask([make = settings.make_room, start = editor.start(), wanted = open->wanted](
                                       const Progress& progress) { return make(start, wanted, progress); });
+    say(RoomNeeded{open->wanted});
     emit(RoomAsked{open->source});
   }
 
   [[nodiscard]] bool may_make_room() const {
-    return settings.make_room && !note && !open->is_full && open->rooms < kMostRooms && !open->wanted.empty();
+    return settings.make_room && !open->is_full && open->rooms < kMostRooms && !open->wanted.empty();
   }
 
   /// The stroke from its beginning, on other fibres, up to where it is.
   void play_again(const SnapshotPtr& base) {
+    say(StrokeAgain{.on_room = base != open->start});
     replaying = true;
     editor.set_head(base);
     engine.begin(open->stroke.brush, open->stroke.tip);
@@ -508,8 +510,8 @@ struct Document::State {
     }
     ++open->rooms;
     open->is_full = !made->model;
-    open->overhang = made->overhang;
-    open->folded = made->folded;
+    open->overhang = std::max(open->overhang, made->overhang);
+    open->folded += made->folded;
     emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
                    made->overhang, made->folded});
     return made->model != nullptr;
@@ -522,6 +524,7 @@ struct Document::State {
     if (open->room_asked != 0) worker.cancel(open->room_asked);
     if (open->rooms == 0 && open->room_asked == 0) emit(RoomAsked{open->source});
     set_open(open->source);
+    say(RoomNeeded{.wanted = open->wanted, .ended = true});
     const Result<Room> made = settings.make_room(base, open->wanted, progress_until(stop));
     const bool again = take_room(made);
     if (again) {
@@ -594,19 +597,29 @@ struct Document::State {
     return fail(Errc::InvalidArgument, "the cage cannot change while a recording is being made");
   }
 
+  [[nodiscard]] Result<SnapshotPtr> first_for(const ChangeCage& command) {
+    if (!command.compares) return SnapshotPtr();
+    return state_at(history.first());
+  }
+
   void ask_for_change() {
     if (note) {
       end_change(watched());
       return;
     }
+    const Result<SnapshotPtr> first = first_for(changing->command);
+    if (!first) {
+      end_change(std::unexpected(first.error()));
+      return;
+    }
     changing->from = history.at(history.position()).snapshot;
     ++changing->times;
-    changing->number =
-        worker.ask([make = changing->command.make, from = changing->from](const Progress& progress) -> Result<Room> {
-          auto made = make(from, progress);
-          if (!made) return std::unexpected(made.error());
-          return Room{.model = *made};
-        });
+    changing->number = worker.ask([make = changing->command.make, from = changing->from,
+                                   first = *first](const Progress& progress) -> Result<Room> {
+      auto made = make(from, first, progress);
+      if (!made) return std::unexpected(made.error());
+      return Room{.model = *made};
+    });
   }
 
   void take_ready_change() {
@@ -634,7 +647,8 @@ struct Document::State {
 
   /// Whoever sculpts all the time waits for it.
   void change_now() {
-    const auto made = changing->command.make(editor.head(), progress_until(stop_change));
+    const Result<SnapshotPtr> first = first_for(changing->command);
+    const auto made = first ? changing->command.make(editor.head(), *first, progress_until(stop_change)) : first;
     if (!made) {
       end_change(std::unexpected(made.error()));
       return;
@@ -711,6 +725,13 @@ struct Document::State {
     go_to(history.position() + steps);
   }
 
+  /// Of the history; from the file where memory has it no more.
+  [[nodiscard]] Result<SnapshotPtr> state_at(std::size_t number) {
+    if (const SnapshotPtr& held = history.at(number).snapshot) return held;
+    const auto [near_number, near] = history.nearest_saved(number);
+    return saver.read(number, near_number, near);
+  }
+
   void go_to(std::size_t number) {
     const std::size_t before = history.position();
     if (number == before) return;
@@ -720,16 +741,12 @@ struct Document::State {
           saver.unsaved()});
       return;
     }
-    SnapshotPtr state = history.at(number).snapshot;
-    if (!state) {
-      const auto [near_number, near] = history.nearest_saved(number);
-      auto read = saver.read(number, near_number, near);
-      if (!read) {
-        emit(Failed{read.error(), saver.unsaved()});
-        return;
-      }
-      state = *std::move(read);
+    const Result<SnapshotPtr> found = state_at(number);
+    if (!found) {
+      emit(Failed{found.error(), saver.unsaved()});
+      return;
     }
+    SnapshotPtr state = *found;
     history.move_to(number, state);
     editor.set_head(state);
     say(HistoryMoved{static_cast<std::int64_t>(number) - static_cast<std::int64_t>(before)});

@@ -74,8 +74,9 @@ struct SetHistoryBytes {
 struct ChangeCage {
   std::string label;    ///< what people read
   std::string details;  ///< of the journal, JSON; may be empty
-  /// makes the changed model; called on the worker
-  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const Progress&)> make;
+  /// makes the changed model; called on the worker. `first` is the oldest state of the history, or null
+  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const SnapshotPtr& first, const Progress&)> make;
+  bool compares = false;  ///< whether it gets `first`, which may have to be read from the file
 };
 /// Drops the changes of the cage that have not ended.
 struct CancelChanges {};
@@ -98,8 +99,8 @@ struct StrokeFinished {
   bool cancelled = false;    ///< it has left nothing
   std::uint64_t stroke = 0;  ///< strokes that stand now
   std::uint64_t tiles = 0;   ///< that it changed
-  double overhang = 0;       ///< of the room that was made for it last, see Room
-  std::size_t folded = 0;    ///< likewise
+  double overhang = 0;       ///< the widest of the rooms that were made for it, see Room
+  std::size_t folded = 0;    ///< of all these rooms together, see Room
   double seconds = 0;        ///< thread CPU time, with undo and publishing
 };
 /// A stroke was not begun, for another source had one open.
@@ -194,6 +195,15 @@ struct StrokeBegun {
 struct DabMade {
   Dab dab;  ///< the dab
 };
+/// Room is made for the open stroke, for a recording: from where it began, with the detail that it has added so far.
+struct RoomNeeded {
+  RoomWanted wanted;   ///< as its maker gets it
+  bool ended = false;  ///< it waits for that at its end: from what it began on last, without its detail
+};
+/// The open stroke begins again, and its dabs are told again; for a recording.
+struct StrokeAgain {
+  bool on_room = false;  ///< on the room that was told last; else on the model before it
+};
 /// A stroke has ended; for a recording.
 struct StrokeEnded {
   bool kept = true;     ///< else it was cancelled
@@ -207,7 +217,7 @@ struct HistoryMoved {
 struct HeadMade {
   SnapshotPtr head;  ///< the model now
 };
-using EditNote = std::variant<StrokeBegun, DabMade, StrokeEnded, HistoryMoved, HeadMade>;
+using EditNote = std::variant<StrokeBegun, DabMade, RoomNeeded, StrokeAgain, StrokeEnded, HistoryMoved, HeadMade>;
 
 /// Holds what a document has counted since it was opened.
 struct DocumentStatistics {
@@ -231,8 +241,8 @@ struct DocumentSettings {
   std::size_t history_bytes = std::size_t{512} << 20U;
   /// Called by the edit thread, in the order in which things happen. It may post commands; strokes wait for it.
   std::function<void(const Event&)> on_event = {};
-  /// Makes room where a stroke would run out of clay; without it such strokes fade out. Strokes that are watched for a
-  /// recording (see Document::watch) get none.
+  /// Makes room where a stroke would run out of clay; without it such strokes fade out. Who repeats a recording must
+  /// have the same one (see verify()).
   RoomMaker make_room = {};
   /// After which what could not be saved is tried again.
   std::chrono::milliseconds retry_after = std::chrono::seconds(10);

@@ -5,6 +5,7 @@
 #include <relief/edit/stroke.h>
 #include <relief/file/recording.h>
 #include <relief/haptics/servo.h>
+#include <relief/session/document.h>
 #include <relief/session/replay.h>
 
 #include <array>
@@ -192,6 +193,34 @@ void for_each_field(T& moved, Visit&& visit) {
   visit(Field{"steps", ""}, moved.steps);
 }
 
+/// A part of what a stroke takes away or fills, of the Needed that follows.
+struct Solid {
+  Capsule shape;
+  bool fills = false;  ///< else it is taken away
+};
+template <Is<Solid> T, typename Visit>
+void for_each_field(T& solid, Visit&& visit) {
+  visit(Field{"a", kUnits}, solid.shape.a);
+  visit(Field{"b", kUnits}, solid.shape.b);
+  visit(Field{"radius", kUnits}, solid.shape.radius);
+  visit(Field{"axis", ""}, solid.shape.axis);
+  visit(Field{"fills", ""}, solid.fills);
+}
+
+/// See RoomNeeded: of the solids since the one before.
+struct Needed {
+  bool ended = false;
+};
+template <Is<Needed> T, typename Visit>
+void for_each_field(T& needed, Visit&& visit) {
+  visit(Field{"ended", ""}, needed.ended);
+}
+
+template <Is<StrokeAgain> T, typename Visit>
+void for_each_field(T& again, Visit&& visit) {
+  visit(Field{"on_room", ""}, again.on_room);
+}
+
 /// The streams of a recording besides the ticks.
 template <typename T>
 inline constexpr std::string_view kStream = kTickStream;
@@ -205,6 +234,12 @@ template <>
 inline constexpr std::string_view kStream<Brush> = "stroke";
 template <>
 inline constexpr std::string_view kStream<Dab> = "dab";
+template <>
+inline constexpr std::string_view kStream<Solid> = "room-solid";
+template <>
+inline constexpr std::string_view kStream<Needed> = "room";
+template <>
+inline constexpr std::string_view kStream<StrokeAgain> = "stroke-again";
 template <>
 inline constexpr std::string_view kStream<Nothing> = "stroke-end";
 template <>

@@ -111,6 +111,12 @@ struct Recorder::State {
     }
     if (const auto* begun = std::get_if<StrokeBegun>(&told)) edits.push_back(event_of(begun->brush, 0));
     if (const auto* dab = std::get_if<DabMade>(&told)) edits.push_back(event_of(dab->dab, 0));
+    if (const auto* needed = std::get_if<RoomNeeded>(&told)) {
+      for (const Capsule& cut : needed->wanted.cut) edits.push_back(event_of(detail::Solid{cut, false}, 0));
+      for (const Capsule& fill : needed->wanted.fill) edits.push_back(event_of(detail::Solid{fill, true}, 0));
+      edits.push_back(event_of(detail::Needed{needed->ended}, 0));
+    }
+    if (const auto* again = std::get_if<StrokeAgain>(&told)) edits.push_back(event_of(*again, 0));
     if (const auto* ended = std::get_if<StrokeEnded>(&told))
       edits.push_back(ended->kept ? event_of(detail::Nothing{}, 0) : event_of(detail::Cancelled{}, 0));
     if (const auto* moved = std::get_if<HistoryMoved>(&told))
@@ -237,6 +243,9 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
   add_stream<DeviceInfo>(head);
   add_stream<Brush>(head);
   add_stream<Dab>(head);
+  add_stream<detail::Solid>(head);
+  add_stream<detail::Needed>(head);
+  add_stream<StrokeAgain>(head);
   add_stream<detail::Nothing>(head);
   add_stream<detail::Cancelled>(head);
   add_stream<detail::Moved>(head);

@@ -28,7 +28,9 @@ constexpr std::uint32_t kThreadFlags =
 /// An edit; a stroke of paint, for example, is a Brush, Dabs, and Nothing more.
 struct Edit {
   std::uint64_t model = 0;  ///< the number of the snapshot that it leads to
-  std::variant<Brush, Dab, detail::Nothing, detail::Cancelled, detail::Moved> what;
+  std::variant<Brush, Dab, detail::Solid, detail::Needed, StrokeAgain, detail::Nothing, detail::Cancelled,
+               detail::Moved>
+      what;
 };
 
 std::uint64_t number_of(std::string_view text, int base) {
@@ -64,6 +66,7 @@ struct Replay::State {
   std::vector<ServoSettings> settings;
   std::vector<Vec3d> tool_points;  ///< the servo's for good: those of all settings
   std::vector<Edit> edits;
+  bool has_room = false;  ///< a stroke went on with room that was made for it
   std::string unknown;
   std::vector<std::string> missing;
   // The batch that is being read.
@@ -85,6 +88,9 @@ struct Replay::State {
     const auto point_reader = reader_of<Vec3d>(recording);
     const auto brush_reader = reader_of<Brush>(recording);
     const auto dab_reader = reader_of<Dab>(recording);
+    const auto solid_reader = reader_of<detail::Solid>(recording);
+    const auto needed_reader = reader_of<detail::Needed>(recording);
+    const auto again_reader = reader_of<StrokeAgain>(recording);
     const auto moved_reader = reader_of<detail::Moved>(recording);
     note(device_reader, true);
     note(settings_reader, true);
@@ -94,7 +100,14 @@ struct Replay::State {
     note(ticks, false);
     device.name = recording.head().fact("device");
 
-    bool has_device = false, in_stroke = false;
+    bool has_device = false, in_stroke = false, may_get_room = false;
+    // Rows that only an open stroke may have.
+    const auto add_to_stroke = [&]<typename T>(const RowReader<T>& reader, const RecordingEvent& event) {
+      T row;
+      reader.read(event.row, row);
+      edits.push_back({event.at, row});
+      return in_stroke;
+    };
     for (const RecordingEvent& event : recording.events()) {
       const auto is = [&](std::string_view stream) { return event.stream == stream; };
       if (is(detail::kStream<DeviceInfo>)) {
@@ -114,12 +127,20 @@ struct Replay::State {
                            check(Stroke{.brush = brush, .label = {}, .points = {}}).has_value();
         if (!sound || in_stroke) return recording.damaged(kDamagedOrder);
         in_stroke = true;
+        may_get_room = false;
         edits.push_back({event.at, brush});
       } else if (is(detail::kStream<Dab>)) {
-        if (!in_stroke) return recording.damaged(kDamagedOrder);
-        Dab dab;
-        dab_reader.read(event.row, dab);
-        edits.push_back({event.at, dab});
+        if (!add_to_stroke(dab_reader, event)) return recording.damaged(kDamagedOrder);
+      } else if (is(detail::kStream<detail::Solid>)) {
+        if (!add_to_stroke(solid_reader, event)) return recording.damaged(kDamagedOrder);
+      } else if (is(detail::kStream<detail::Needed>)) {
+        if (!add_to_stroke(needed_reader, event)) return recording.damaged(kDamagedOrder);
+        may_get_room = true;
+      } else if (is(detail::kStream<StrokeAgain>)) {
+        if (!add_to_stroke(again_reader, event)) return recording.damaged(kDamagedOrder);
+        const bool on_room = std::get<StrokeAgain>(edits.back().what).on_room;
+        if (on_room && !may_get_room) return recording.damaged(kDamagedOrder);
+        has_room = has_room || on_room;
       } else if (is(detail::kStream<detail::Nothing>) || is(detail::kStream<detail::Cancelled>)) {
         if (!in_stroke) return recording.damaged(kDamagedOrder);
         in_stroke = false;
@@ -142,6 +163,9 @@ struct Replay::State {
     if (!edits.empty()) {
       note(brush_reader, true);
       note(dab_reader, true);
+      note(solid_reader, true);
+      note(needed_reader, true);
+      note(again_reader, true);
     }
     return {};
   }
@@ -262,14 +286,16 @@ namespace {
 /// Leads a model through the recorded edits.
 class Edits {
  public:
-  Edits(const std::vector<Edit>& edits, const SnapshotPtr& model) : edits_(edits), editor_(model), history_{model} {}
+  Edits(const std::vector<Edit>& edits, const SnapshotPtr& model, const RoomMaker& make_room, const Progress& progress)
+      : edits_(edits), make_room_(make_room), progress_(progress), editor_(model), history_{model} {}
 
-  /// Does what leads to snapshot `model`; false where nothing recorded leads there.
-  [[nodiscard]] bool lead_to(std::uint64_t model) {
+  /// Does what leads to snapshot `model`; false where nothing recorded leads there. Errors: those of the room maker.
+  [[nodiscard]] Result<bool> lead_to(std::uint64_t model) {
     before_ = editor_.head();
     for (; next_ < edits_.size() && edits_[next_].model <= model; ++next_) {
       number_ = edits_[next_].model;
-      if (!std::visit([this](const auto& edit) { return apply(edit); }, edits_[next_].what)) return false;
+      RELIEF_TRY(const bool done, std::visit([this](const auto& edit) { return apply(edit); }, edits_[next_].what));
+      if (!done) return false;
     }
     head_ = editor_.head();
     return number_ == model;
@@ -277,26 +303,53 @@ class Edits {
   [[nodiscard]] const Snapshot& head() const noexcept { return *head_; }
 
  private:
-  bool apply(const Brush& brush) {
-    editor_.begin_stroke(brush);
+  Result<bool> apply(const Brush& brush) {
+    brush_ = brush;
+    start_ = editor_.head();
+    begin_on(start_);
     return true;
   }
-  bool apply(const Dab& dab) {
+  Result<bool> apply(const Dab& dab) {
     editor_.dab(dab);
     return true;
   }
-  bool apply(detail::Nothing /*end*/) {
-    if (!editor_.end_stroke().changed) return true;
+  Result<bool> apply(const detail::Solid& solid) {
+    (solid.fills ? solids_.fill : solids_.cut).push_back(solid.shape);
+    return true;
+  }
+  Result<bool> apply(detail::Needed needed) {
+    wanted_ = std::exchange(solids_, {});
+    room_from_ = needed.ended ? base_ : editor_.start();
+    return true;
+  }
+  /// False where no room can be made.
+  Result<bool> apply(StrokeAgain again) {
+    SnapshotPtr base = start_;
+    if (again.on_room) {
+      RELIEF_TRY(const Room room, make_room_(room_from_, wanted_, progress_));
+      if (!room.model) return false;
+      base = room.model;
+    }
+    editor_.cancel_stroke();
+    begin_on(base);
+    return true;
+  }
+  Result<bool> apply(detail::Nothing /*end*/) {
+    if (!editor_.end_stroke().changed) {
+      editor_.set_head(start_);
+      return true;
+    }
     history_.resize(++position_);
     history_.push_back(editor_.head());
     return true;
   }
-  bool apply(detail::Cancelled /*end*/) {
+  Result<bool> apply(detail::Cancelled /*end*/) {
     editor_.cancel_stroke();
+    editor_.set_head(start_);
     return true;
   }
   /// False where it leads to what was before the recording.
-  bool apply(detail::Moved moved) {
+  Result<bool> apply(detail::Moved moved) {
     const std::int64_t to = static_cast<std::int64_t>(position_) + moved.steps;
     if (to < 0 || to >= static_cast<std::int64_t>(history_.size())) return false;
     position_ = static_cast<std::size_t>(to);
@@ -304,9 +357,23 @@ class Edits {
     return true;
   }
 
+  void begin_on(const SnapshotPtr& base) {
+    base_ = base;
+    editor_.set_head(base);
+    editor_.begin_stroke(brush_);
+  }
+
   const std::vector<Edit>& edits_;
+  const RoomMaker& make_room_;
+  const Progress& progress_;
   std::size_t next_ = 0;
   Editor editor_;
+  Brush brush_;            ///< of the open stroke
+  SnapshotPtr start_;      ///< the model before it
+  SnapshotPtr base_;       ///< what it began on last
+  RoomWanted solids_;      ///< of the room that comes next
+  RoomWanted wanted_;      ///< of the one that was needed last
+  SnapshotPtr room_from_;  ///< what that is made from
   SnapshotPtr head_ = editor_.head();
   SnapshotPtr before_;                ///< alive for a tick more, so that the servo never meets its address again
   std::vector<SnapshotPtr> history_;  ///< after each stroke of the recording
@@ -317,14 +384,18 @@ class Edits {
 /// Calls visit(number, tick, model) -> bool for all ticks in order, with the model as it was then; false stops. Returns
 /// why it ended before the last tick, or nothing.
 template <typename Visit>
-Result<std::string> play(Replay& replay, const SnapshotPtr& model, const Progress& progress, std::string_view phase,
-                         Visit&& visit) {
+Result<std::string> play(Replay& replay, const SnapshotPtr& model, const RoomMaker& make_room, const Progress& progress,
+                         std::string_view phase, Visit&& visit) {
   if (!replay.unknown().empty())
     return fail(Errc::InvalidArgument, printable(replay.recording().file().string()) +
                                            ": was made by a newer program (" +
                                            printable(replay.recording().head().fact("program"), 60) +
                                            ") and has what this one cannot repeat: " + replay.unknown());
-  Edits edits(replay.state().edits, model);
+  if (replay.state().has_room && !make_room)
+    return fail(Errc::InvalidArgument, printable(replay.recording().file().string()) +
+                                           ": room was made under its strokes, and nobody here can make it again");
+  const Progress silent = {.report = {}, .cancel = progress.cancel};
+  Edits edits(replay.state().edits, model, make_room, silent);
   replay.rewind();
   std::uint64_t number = 0, done = 0, model_number = 0;
   for (RecordedTick tick;; ++done) {
@@ -334,8 +405,10 @@ Result<std::string> play(Replay& replay, const SnapshotPtr& model, const Progres
     }
     RELIEF_TRY(const bool more, replay.next(number, tick));
     if (!more) return std::string();
-    if (const auto before = std::exchange(model_number, tick.model); tick.model != before && !edits.lead_to(tick.model))
-      return "the model changed at tick " + std::to_string(number) + " in a way that was not recorded";
+    if (std::exchange(model_number, tick.model) != tick.model) {
+      RELIEF_TRY(const bool led, edits.lead_to(tick.model));
+      if (!led) return "the model changed at tick " + std::to_string(number) + " in a way that was not recorded";
+    }
     if (!visit(number, tick, edits.head())) return std::string();
   }
 }
@@ -378,7 +451,8 @@ std::optional<Verification::Difference> difference(const RowReader<RecordedTick>
 
 }  // namespace
 
-Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Progress& progress) {
+Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const RoomMaker& make_room,
+                            const Progress& progress) {
   Verification result;
   result.ticks = replay.recording().tick_count();
   result.missing = replay.state().missing;
@@ -386,7 +460,7 @@ Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Prog
   const RecordingColumns columns = detail::columns_of<RecordedTick>();
   RecordedServo servo(replay.settings(), replay.device());
   std::vector<std::byte> was, is;
-  RELIEF_TRY(std::string ended, play(replay, model, progress, "verify",
+  RELIEF_TRY(std::string ended, play(replay, model, make_room, progress, "verify",
                                      [&](std::uint64_t number, const RecordedTick& tick, const Snapshot& snapshot) {
                                        if (number != result.checked) {
                                          result.stopped = std::to_string(number - result.checked) +
@@ -417,7 +491,7 @@ Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Prog
 }
 
 Result<Comparison> compare(Replay& replay, const SnapshotPtr& model, const std::function<void(ServoSettings&)>& change,
-                           const Progress& progress) {
+                           const RoomMaker& make_room, const Progress& progress) {
   std::vector<ServoSettings> others = replay.settings();
   for (ServoSettings& settings : others) change(settings);
   RecordedServo recorded(replay.settings(), replay.device()), other(std::move(others), replay.device());
@@ -430,7 +504,7 @@ Result<Comparison> compare(Replay& replay, const SnapshotPtr& model, const std::
     return sample;
   };
   RELIEF_TRY(const std::string stopped,
-             play(replay, model, progress, "compare",
+             play(replay, model, make_room, progress, "compare",
                   [&](std::uint64_t number, const RecordedTick& tick, const Snapshot& snapshot) {
                     const ServoSample a = timed(recorded, snapshot, tick, result.cost);
                     const ServoSample b = timed(other, snapshot, tick, result.other_cost);

@@ -3,6 +3,7 @@
 
 #include <relief/base/error.h>
 #include <relief/base/progress.h>
+#include <relief/core/room.h>
 #include <relief/core/snapshot.h>
 #include <relief/file/model_file.h>
 #include <relief/file/recording.h>
@@ -121,8 +122,10 @@ struct Verification {
 };
 
 /// Runs a new servo over the recorded readings, with the recorded settings and edits, and compares all that it gives.
-/// Errors: InvalidArgument (the recording needs what this program does not know), Corrupt, Cancelled.
-[[nodiscard]] Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Progress& progress = {});
+/// `make_room` is that of the recorded document (DocumentSettings::make_room); it is called where its strokes got room.
+/// Errors: InvalidArgument (the recording needs what this program does not know, or a RoomMaker), Corrupt, Cancelled.
+[[nodiscard]] Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const RoomMaker& make_room = {},
+                                          const Progress& progress = {});
 
 /// The same motion with the recorded settings and with others. The hand does not answer: what it would have done under
 /// the other force is not known.
@@ -142,6 +145,6 @@ struct Comparison {
 /// `change` is applied to all recorded settings. Where ticks were dropped it goes on. Errors as verify().
 [[nodiscard]] Result<Comparison> compare(Replay& replay, const SnapshotPtr& model,
                                          const std::function<void(ServoSettings&)>& change,
-                                         const Progress& progress = {});
+                                         const RoomMaker& make_room = {}, const Progress& progress = {});
 
 }  // namespace relief

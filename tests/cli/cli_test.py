@@ -1940,6 +1940,14 @@ class Refine(Case):
         self.assertEqual(Run("info", out, "--json").json()["strokes"], before["strokes"] + (1 if told["changed"] else 0))
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
 
+    def test_a_thin_wall_that_nobody_touched_has_not_run_out(self):
+        mesh, bowl = self.folder / "bowl.ply", self.folder / "bowl.relief"
+        self.ok("sample", "bowl", "--triangles", 20000, "-o", mesh)
+        self.ok("convert", mesh, "-o", bowl)
+        told = self.ok("refine", bowl, "-o", bowl, "--json").json()
+        self.assertEqual(told["saturated"], {"before": 0, "after": 0})
+        self.assertEqual(told["fibres"], {"moved": 0, "lacking": 0})
+
     def test_new_slabs_for_what_was_sculpted_only(self):
         out = self.folder / "model.relief"
         said = self.ok("refine", self.model, "-o", out, "--where", "model").out

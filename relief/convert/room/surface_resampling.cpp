@@ -34,12 +34,9 @@ class Resampling {
     if (cast.empty()) return made;
     made.unmet = moved_of([&](std::size_t k) { return misses(slabs_[k], cast[k]); });
     if (!made.unmet.empty()) return made;
-    for (std::size_t k = 0; k < slabs_.size(); ++k)
-      for_each_sample(cast[k].intervals, [&](GridPoint p, std::size_t index) {
-        made.folded += cast[k].met[index] != Met::Once && !stays(slabs_[k], cast[k].intervals, p);
-      });
     displacement_ = tiles_of(Layer::Displacement, [&](std::size_t k, std::size_t index, Tile& tile) {
       tile.set(0, index, cast[k].alpha[index]);
+      made.folded += cast[k].met[index] != Met::Once ? 1 : 0;
     });
     Tiles voids;
     if (surface_.has(Layer::Void))

@@ -1,5 +1,6 @@
 // The process dies in the middle: what was finished is there, and nothing else stands in the way.
 #include <sqlite3.h>
+#include <support/killed_child.h>
 #include <sys/wait.h>
 #include <unit/file/file_support.h>
 
@@ -66,26 +67,11 @@ TEST(KilledProcess, LosesNoFinishedStroke) {
     if (round % 50 == 0) {
       ASSERT_TRUE(ModelFile::create(path, ball(2, 8)).has_value());
     }
-    std::array<int, 2> pipe{};
-    ASSERT_EQ(::pipe(pipe.data()), 0);
-    const pid_t child = ::fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      ::close(pipe[0]);
-      work(path, pipe[1]);
-    }
-    ::close(pipe[1]);
     // Killed at a random moment after it began.
-    std::vector<Report> reports(1);
-    ASSERT_EQ(::read(pipe[0], reports.data(), sizeof(Report)), static_cast<ssize_t>(sizeof(Report)));
-    ::usleep(static_cast<useconds_t>((round * 7919) % 20000));
-    ::kill(child, SIGKILL);
-    int status = 0;
-    ASSERT_EQ(::waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFSIGNALED(status)) << "the child failed by itself with " << WEXITSTATUS(status);
-    for (Report report{}; ::read(pipe[0], &report, sizeof report) == static_cast<ssize_t>(sizeof report);)
-      reports.push_back(report);
-    ::close(pipe[0]);
+    const auto reports = testing::told_by_killed_child<Report>(
+        [&](int pipe) { work(path, pipe); }, [](const std::vector<Report>& so_far) { return !so_far.empty(); },
+        static_cast<unsigned>(round * 7919 % 20000));
+    ASSERT_FALSE(reports.empty());
 
     const auto last_done = std::find_if(reports.rbegin(), reports.rend(), [](const Report& r) { return r.done == 1; });
     const Report& last = reports.back();

@@ -1,16 +1,14 @@
 // Strokes that need room, and other changes of the cage: steps of the one history like all others.
 #include "document_support.h"
+#include "support/killed_child.h"
 #include "support/longer_fibres.h"
 
 #include <relief/core/detail.h>
 
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <thread>
@@ -121,6 +119,26 @@ TEST(RoomUnderAStroke, IsTheSameForAHandThatIsStillAtIt) {
   EXPECT_EQ(live.head()->content_hash(), whole.head()->content_hash());
 }
 
+TEST(RoomUnderAStroke, TellsOfAllRoomsThatAStrokeGot) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  const double before = length(ball().head->slab_mesh().root_fibres()[0].direction());
+  settings.make_room = [&](const SnapshotPtr& surface, const RoomWanted&, const Progress&) -> Result<Room> {
+    // The first one is not enough.
+    const bool first = length(surface->slab_mesh().root_fibres()[0].direction()) < 1.01 * before;
+    return Room{.model = with_longer_fibres(surface, first ? 0.2 : 1, 0),
+                .fibres = 1,
+                .overhang = first ? 0.25 : 0.125,
+                .folded = first ? 3U : 4U};
+  };
+  Document document(ball(), std::move(settings));
+  post(document, deep_tap(0.35));
+  document.settle();
+  EXPECT_EQ(events.of<StrokeFinished>().back().result.limited, 0U);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "the widest";
+  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 7U) << "of both";
+}
+
 TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   Events events;
   DocumentSettings settings = events.settings();
@@ -218,30 +236,18 @@ TEST(RoomUnderAStroke, KilledWhileItIsMadeNoFinishedStrokeIsLost) {
   const int rounds = std::getenv("RELIEF_SOAK") != nullptr ? 200 : 10;
   const testing::Folder folder;
   const auto path = folder / "killed.relief";
-  int in_flight = 0;
   for (int round = 0; round < rounds; ++round) {
     ASSERT_TRUE(ModelFile::create(path, ball()));
-    std::array<int, 2> pipe{};
-    ASSERT_EQ(::pipe(pipe.data()), 0);
-    const pid_t child = ::fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      ::close(pipe[0]);
-      sculpt_and_tell(path, pipe[1], round % 2 == 1);
-    }
-    ::close(pipe[1]);
-    // Killed while room is made, or some time after that began.
-    std::vector<Told> told;
-    do ASSERT_EQ(::read(pipe[0], &told.emplace_back(), sizeof(Told)), static_cast<ssize_t>(sizeof(Told)));
-    while (told.back().saved);
-    ::usleep(static_cast<useconds_t>((round * 7919) % 20000));
-    ::kill(child, SIGKILL);
-    int status = 0;
-    ASSERT_EQ(::waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFSIGNALED(status)) << "the child failed by itself with " << WEXITSTATUS(status);
-    for (Told next; ::read(pipe[0], &next, sizeof next) == static_cast<ssize_t>(sizeof next);) told.push_back(next);
-    ::close(pipe[0]);
-    in_flight += told.back().saved ? 0 : 1;
+    const bool room_ends = round % 2 == 1;
+    // Killed while room is made for the second stroke; or some time after it is begun for the fifth, when the second
+    // stands in the file.
+    const std::uint64_t stand = room_ends ? 4 : 1;
+    const auto told = testing::told_by_killed_child<Told>([&](int pipe) { sculpt_and_tell(path, pipe, room_ends); },
+                                                          [&](const std::vector<Told>& so_far) {
+                                                            return so_far.size() > 1 && !so_far.back().saved &&
+                                                                   so_far.rbegin()[1].strokes >= stand;
+                                                          },
+                                                          static_cast<unsigned>(round * 7919 % 20000));
 
     const auto last = std::find_if(told.rbegin(), told.rend(), [](const Told& t) { return t.saved; });
     ASSERT_NE(last, told.rend());
@@ -252,12 +258,16 @@ TEST(RoomUnderAStroke, KilledWhileItIsMadeNoFinishedStrokeIsLost) {
     ASSERT_TRUE(state) << state.error().message;
     EXPECT_EQ((*state)->content_hash(), last->hash);
     EXPECT_TRUE(validate(*file->model().head));
+    const auto fibre_of = [](const Snapshot& model) { return length(model.slab_mesh().root_fibres()[0].direction()); };
+    EXPECT_EQ(fibre_of(**state) > 2 * fibre_of(*ball().head), room_ends) << "the second stroke got its room";
+    if (!room_ends) {
+      EXPECT_EQ(file->stroke_count(), 1U) << "the stroke that waits for room has left nothing";
+    }
   }
-  EXPECT_GE(in_flight, rounds / 2);
 }
 
 /// All slabs cut once.
-Result<SnapshotPtr> finer(const SnapshotPtr& model, const Progress&) {
+Result<SnapshotPtr> finer(const SnapshotPtr& model, const SnapshotPtr&, const Progress&) {
   Detail detail;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) detail.cuts.push_back(s);
   return with_detail(model, detail);
@@ -298,15 +308,17 @@ TEST(ChangeOfTheCage, IsMadeAgainWhereTheModelHasChangedMeanwhile) {
   Events events;
   Document document(ball(), events.settings());
   std::atomic<int> made = 0;
-  document.post(
-      ChangeCage{.label = "finer", .details = {}, .make = [&](const SnapshotPtr& model, const Progress& progress) {
-                   // Whoever asks first loses.
-                   if (made++ < 2) {
-                     post(document, stroke_over_ball(made));
-                     document.settle();
-                   }
-                   return finer(model, progress);
-                 }});
+  document.post(ChangeCage{.label = "finer",
+                           .details = {},
+                           .make = [&](const SnapshotPtr& model, const SnapshotPtr& first, const Progress& progress) {
+                             // Whoever asks first loses.
+                             if (made++ < 2) {
+                               post(document, stroke_over_ball(made));
+                               document.settle();
+                             }
+                             EXPECT_FALSE(first) << "nobody asked for it";
+                             return finer(model, first, progress);
+                           }});
   while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(made, 3);
   EXPECT_TRUE(events.of<CageChanged>()[0].changed);
@@ -324,24 +336,49 @@ TEST(ChangeOfTheCage, ThatFailsOrIsCancelledLeavesNothing) {
   Events events;
   Document document(ball(), events.settings());
   const std::uint64_t before = document.head()->content_hash();
-  document.post(
-      ChangeCage{.label = "no", .details = {}, .make = [](const SnapshotPtr&, const Progress&) -> Result<SnapshotPtr> {
-                   return fail(Errc::InvalidArgument, "it cannot be done");
-                 }});
-  std::atomic<bool> making = false;
-  document.post(ChangeCage{.label = "never",
+  document.post(ChangeCage{.label = "no",
                            .details = {},
-                           .make = [&](const SnapshotPtr&, const Progress& progress) -> Result<SnapshotPtr> {
-                             making = true;
-                             while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                             return fail(Errc::Cancelled, "cancelled");
+                           .make = [](const SnapshotPtr&, const SnapshotPtr&, const Progress&) -> Result<SnapshotPtr> {
+                             return fail(Errc::InvalidArgument, "it cannot be done");
                            }});
+  std::atomic<bool> making = false;
+  document.post(
+      ChangeCage{.label = "never",
+                 .details = {},
+                 .make = [&](const SnapshotPtr&, const SnapshotPtr&, const Progress& progress) -> Result<SnapshotPtr> {
+                   making = true;
+                   while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                   return fail(Errc::Cancelled, "cancelled");
+                 }});
   while (!making) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   document.post(CancelChanges{});
   while (events.of<CageChanged>().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(events.of<Failed>().size(), 1U) << "a cancelled one is no failure";
   EXPECT_EQ(document.head()->content_hash(), before);
   EXPECT_TRUE(document.labels().empty());
+}
+
+TEST(ChangeOfTheCage, MayCompareWithTheModelBeforeAllStrokes) {
+  const testing::Folder folder;
+  Events events;
+  // So small a budget that only the file has the old states.
+  Document document = testing::document_in(folder / "a.relief", ball(), events.settings(1));
+  const std::uint64_t before = document.head()->content_hash();
+  for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+  document.settle();
+  while (document.statistics().unsaved > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::atomic<std::uint64_t> compared = 0;
+  document.post(ChangeCage{.label = "finer",
+                           .details = {},
+                           .make =
+                               [&](const SnapshotPtr& model, const SnapshotPtr& first, const Progress& progress) {
+                                 compared = first->content_hash();
+                                 return finer(model, first, progress);
+                               },
+                           .compares = true});
+  while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+  EXPECT_EQ(compared, before);
 }
 
 }  // namespace

@@ -1,4 +1,7 @@
 // Cages that change by strokes: what the history counts, and recordings on models that were cut.
+#include "document_support.h"
+#include "support/longer_fibres.h"
+
 #include <relief/session/history.h>
 #include <relief/session/recorder.h>
 #include <relief/session/replay.h>
@@ -8,9 +11,13 @@
 #include <support/folder.h>
 #include <support/shells.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -120,6 +127,125 @@ TEST(RecordingsOfCages, AModelThatWasCutComesBackBitForBit) {
   ASSERT_TRUE(verified) << verified.error().message;
   EXPECT_TRUE(verified->holds());
   EXPECT_EQ(verified->checked, 800U);
+}
+
+Result<Room> longer_below(const SnapshotPtr& surface, const RoomWanted& wanted, const Progress&) {
+  // As far as the deepest of what is wanted, so that it matters what is asked for.
+  double deepest = 0;
+  for (const Capsule& cut : wanted.cut) deepest = std::max(deepest, 1 + cut.radius - length(cut.b));
+  return Room{.model = testing::with_longer_fibres(surface, 5 * deepest, 0.5),
+              .fibres = surface->slab_mesh().root_fibres().size()};
+}
+
+/// A document that is recorded while a servo feels it.
+class RecordedDocument {
+ public:
+  RecordedDocument(const std::filesystem::path& file, RoomMaker make_room)
+      : document_(testing::ball(), with(std::move(make_room))) {
+    auto made = Recorder::create(file, Recorder::Pace::Path, {.program = "test"}, document_.head(), kSettings,
+                                 DeviceInfo{.name = "hand"});
+    EXPECT_TRUE(made) << made.error().message;
+    recorder_.emplace(*std::move(made));
+    document_.watch([this](const EditNote& note) { recorder_->note(note); });
+  }
+  /// Does a command, then feels the surface.
+  void post(Command command) {
+    document_.post(std::move(command));
+    document_.settle();
+    const SnapshotPtr head = document_.head();
+    ServoTick tick;
+    tick.number = ticks_++;
+    tick.model = head.get();
+    tick.reading.t = static_cast<double>(tick.number) * 1e-3;
+    tick.reading.position = Vec3d{0.6, 0, 0.8} * (kSettings.workspace.metres_per_unit * (tick.number == 0 ? 1.1 : 0.6));
+    tick.sample = servo_.step(*head, tick.reading);
+    recorder_->tick(tick);
+  }
+  /// The stroke point by point; its end, or its cancel.
+  void play(const Stroke& stroke, const Command& end) {
+    post(BeginStroke{.brush = stroke.brush, .tip = stroke.tip, .label = stroke.label});
+    for (const StrokePoint& point : stroke.points) {
+      post(MoveStroke{{point}});
+      // Room is taken with the next point after it was made.
+      const auto ended = [&] { return events_.of<RoomEnded>().size() >= events_.of<RoomAsked>().size(); };
+      while (!ended()) document_.settle();
+    }
+    post(end);
+  }
+  std::uint64_t end() {
+    document_.watch({});
+    EXPECT_TRUE(recorder_->finish(nullptr));
+    return ticks_;
+  }
+  [[nodiscard]] std::uint64_t hash() const { return document_.head()->content_hash(); }
+  [[nodiscard]] const testing::Events& events() const { return events_; }
+  static constexpr ServoSettings kSettings = {.workspace = {.metres_per_unit = 0.05}, .force = {.friction = 0.4}};
+
+ private:
+  DocumentSettings with(RoomMaker make_room) {
+    DocumentSettings settings = events_.settings();
+    settings.make_room = std::move(make_room);
+    return settings;
+  }
+  testing::Events events_;
+  Document document_;
+  std::optional<Recorder> recorder_;
+  Servo servo_{kSettings, DeviceInfo{}};
+  std::uint64_t ticks_ = 0;
+};
+
+/// Carves deeper and deeper, beyond the clay, which is 0.2 thick.
+Stroke boring(double depth) {
+  Stroke stroke;
+  stroke.brush = {.tool = Tool::Carve, .radius = depth, .strength = 1};
+  stroke.label = "bore";
+  for (int k = 0; k <= 20; ++k) stroke.points.push_back({0.02 * k, {0.6, 0, 0.8}, 0.05 * k});
+  return stroke;
+}
+
+TEST(RecordingsOfCages, ARecordedStrokeGetsTheSameRoomAndIsRepeatedBitForBit) {
+  const Folder folder;
+  RecordedDocument recorded(folder / "a.rlog", longer_below);
+  recorded.play(boring(0.35), EndStroke{});
+  EXPECT_GE(recorded.events().of<RoomEnded>().size(), 2U) << "while it goes on, and at its end";
+  EXPECT_EQ(recorded.events().of<StrokeFinished>().back().result.limited, 0U);
+  const std::uint64_t bored = recorded.hash();
+  recorded.play(boring(0.45), CancelStroke{});
+  EXPECT_EQ(recorded.hash(), bored);
+  recorded.post(Undo{});
+  recorded.post(Redo{});
+  EXPECT_EQ(recorded.hash(), bored);
+  recorded.play(testing::stroke_over_ball(0), EndStroke{});
+  const std::uint64_t ticks = recorded.end();
+
+  testing::Events events;
+  DocumentSettings settings = events.settings();
+  settings.make_room = longer_below;
+  Document plain(testing::ball(), std::move(settings));
+  testing::post(plain, boring(0.35));
+  plain.settle();
+  EXPECT_EQ(plain.head()->content_hash(), bored) << "recorded or not";
+
+  auto replay = Replay::open(folder / "a.rlog");
+  ASSERT_TRUE(replay) << replay.error().message;
+  const SnapshotPtr model = testing::ball().head;
+  const auto verified = verify(*replay, model, longer_below);
+  ASSERT_TRUE(verified) << verified.error().message;
+  EXPECT_TRUE(verified->holds()) << verified->stopped << (verified->difference ? verified->difference->field : "");
+  EXPECT_EQ(verified->checked, ticks);
+  const auto alone = verify(*replay, model);
+  ASSERT_FALSE(alone);
+  EXPECT_EQ(alone.error().code, Errc::InvalidArgument);
+  // Other room is another model, which the servo feels.
+  const auto other = verify(*replay, model, [](const SnapshotPtr& surface, const RoomWanted&, const Progress&) {
+    return Result<Room>(Room{.model = testing::with_longer_fibres(surface, 0.1, 0), .fibres = 1});
+  });
+  ASSERT_TRUE(other) << other.error().message;
+  EXPECT_FALSE(other->holds());
+  const auto none = verify(*replay, model,
+                           [](const SnapshotPtr&, const RoomWanted&, const Progress&) { return Result<Room>(Room{}); });
+  ASSERT_TRUE(none) << none.error().message;
+  EXPECT_FALSE(none->stopped.empty());
 }
 
 }  // namespace

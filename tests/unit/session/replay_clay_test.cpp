@@ -5,6 +5,8 @@
 #include <relief/convert/convert.h>
 #include <relief/convert/room.h>
 #include <relief/mesh/samples.h>
+#include <relief/session/recorder.h>
+#include <relief/session/replay.h>
 #include <relief/session/stroke_text.h>
 
 #include <algorithm>
@@ -69,6 +71,12 @@ Played play_file(const char* sample, const std::filesystem::path& file) {
   return all;
 }
 
+/// The sample pumpkin with a cut of 30.5 % of its diagonal.
+const Played& pumpkin_cut(const std::filesystem::path& file) {
+  static const Played kPlayed = play_file("pumpkin", file);
+  return kPlayed;
+}
+
 /// The sample of a surface that lies farthest from another surface.
 Vec3d farthest_from(const Snapshot& of, const Snapshot& from) {
   Vec3d farthest;
@@ -90,7 +98,7 @@ Vec3d farthest_from(const Snapshot& of, const Snapshot& from) {
 
 TEST(StrokesPlayedAgain, ACutDeeperThanTheClayGoesToTheMiddleAndSaysThatTheFormEndsThere) {
   RELIEF_DATA_FILE(file, "reports/strokes/carve_deeper_than_clay.json");
-  const Played played = play_file("pumpkin", file);
+  const Played& played = pumpkin_cut(file);
   ASSERT_EQ(played.told.size(), 1U);
   // 60 mm into a pumpkin that is some 100 mm thick there.
   EXPECT_TRUE(played.told[0].result.changed);
@@ -107,6 +115,51 @@ TEST(StrokesPlayedAgain, ACutDeeperThanTheClayGoesToTheMiddleAndSaysThatTheFormE
   const double deep = (is->distance - was->distance) / played.diagonal;
   std::printf("cut of 30.5 %% of the diagonal: %.3f deep, %zu samples limited\n", deep, played.told[0].result.limited);
   EXPECT_GT(deep, 0.15) << "it was 0.07 without room";
+}
+
+TEST(StrokesPlayedAgain, ARecordingOfThemIsRepeatedOnTheRoomThatTheyGot) {
+  RELIEF_DATA_FILE(file, "reports/strokes/carve_deeper_than_clay.json");
+  const Played& played = pumpkin_cut(file);
+  ASSERT_EQ(played.told.size(), 1U);
+  const testing::Folder folder;
+  const ServoSettings servo_settings = {.workspace = {.metres_per_unit = 0.1 / played.diagonal}};
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.make_room = room_maker(played.diagonal);
+  Document document(Model{.info = {}, .head = played.before}, settings);
+  auto recorder = Recorder::create(folder / "a.rlog", Recorder::Pace::Path, {.program = "test"}, played.before,
+                                   servo_settings, DeviceInfo{});
+  ASSERT_TRUE(recorder) << recorder.error().message;
+  document.watch([&](const EditNote& note) { recorder->note(note); });
+  Servo servo(servo_settings, DeviceInfo{});
+  std::uint64_t ticks = 0;
+  const auto feel = [&](Vec3d place) {
+    const SnapshotPtr head = document.head();
+    ServoTick tick;
+    tick.number = ticks++;
+    tick.model = head.get();
+    tick.reading.t = static_cast<double>(tick.number) * 1e-3;
+    tick.reading.position = place * servo_settings.workspace.metres_per_unit;
+    tick.sample = servo.step(*head, tick.reading);
+    recorder->tick(tick);
+    return tick.sample.contact;
+  };
+  const Vec3d place = played.strokes[0].points[0].position, out = normalized(place);
+  EXPECT_FALSE(feel(place + out * played.diagonal));
+  testing::post(document, played.strokes[0]);
+  document.settle();
+  EXPECT_EQ(document.head()->content_hash(), played.after->content_hash()) << "recorded or not";
+  const auto ground = raycast(*played.after, {place + out * played.diagonal, -out});
+  ASSERT_TRUE(ground);
+  EXPECT_TRUE(feel(ground->point.position - out * (0.01 * played.diagonal)));
+  document.watch({});
+  ASSERT_TRUE(recorder->finish(nullptr));
+  auto replay = Replay::open(folder / "a.rlog");
+  ASSERT_TRUE(replay) << replay.error().message;
+  const auto verified = verify(*replay, played.before, room_maker(played.diagonal));
+  ASSERT_TRUE(verified) << verified.error().message;
+  EXPECT_TRUE(verified->holds()) << verified->stopped << (verified->difference ? verified->difference->field : "");
+  EXPECT_EQ(verified->checked, ticks);
 }
 
 TEST(StrokesPlayedAgain, ALongDepositIsARoundLumpAndSaysWhereItHadToStop) {

@@ -3,6 +3,7 @@
 #include <relief/convert/room.h>
 #include <relief/convert/room/fibre_lengthening.h>
 #include <relief/convert/room/solids.h>
+#include <relief/convert/room/surface_resampling.h>
 #include <relief/core/detail.h>
 #include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
@@ -38,6 +39,16 @@ std::shared_ptr<const SlabMesh> lattice_ball(int levels, int n) {
 SnapshotPtr bumpy_ball(int levels = 2, int n = 16) {
   return testing::displaced(lattice_ball(levels, n),
                             [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y + p.z); });
+}
+
+/// Fibres near its equator lean by 45 degrees.
+std::shared_ptr<const SlabMesh> leaning_ball() {
+  return testing::mapped_shell(*lattice_ball(2, 16), [](Vec3d p) {
+    constexpr double kStep = 1.0 / (1 << 20);
+    const double turn = 1.0 * (length(p) - 1);
+    const Vec3d q = {p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+    return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.y / kStep) * kStep, std::round(q.z / kStep) * kStep};
+  });
 }
 
 RoomGoals goals() {
@@ -236,18 +247,7 @@ TEST(Room, FollowsAStrokeDown) {
 }
 
 TEST(Room, SaysHowFarFibresHangOver) {
-  // Fibres near the equator lean by 45 degrees.
-  const SnapshotPtr model = testing::displaced(
-      testing::mapped_shell(*lattice_ball(2, 16),
-                            [](Vec3d p) {
-                              constexpr double kStep = 1.0 / (1 << 20);
-                              const double turn = 1.0 * (length(p) - 1);
-                              const Vec3d q = {p.x * std::cos(turn) - p.y * std::sin(turn),
-                                               p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
-                              return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.y / kStep) * kStep,
-                                           std::round(q.z / kStep) * kStep};
-                            }),
-      [](Vec3d) { return 0.5; });
+  const SnapshotPtr model = testing::displaced(leaning_ball(), [](Vec3d) { return 0.5; });
   const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.2, 0.19};
   const auto [made, next] = make(model, place.cut());
   EXPECT_GT(made.overhang_after, 0);
@@ -297,6 +297,16 @@ TEST(Room, SaysWhatItCouldNotReach) {
   }
 }
 
+/// A sample, converted.
+Model converted(const char* sample, std::size_t triangles, int slabs, int intervals = 16) {
+  ConvertSettings settings;
+  settings.slabs = slabs;
+  settings.intervals = intervals;
+  Result<Conversion> made = convert(*make_sample(sample, triangles), settings);
+  EXPECT_TRUE(made) << made.error().message;
+  return std::move(made->model);
+}
+
 /// What bars the way of a wish, and how far from the surface.
 RoomBarred bar_of(const SnapshotPtr& model, const RoomWanted& wanted, const RoomGoals& with = goals()) {
   const Result<RoomMade> made = make_room(*model, wanted, with);
@@ -326,14 +336,9 @@ TEST(Room, TellsAHoleFromFibresThatHaveNoSpace) {
 
 TEST(Room, TellsAPartThatStandsOpposite) {
   // A ring: a lump across its hole grows into the other side.
-  ConvertSettings settings;
-  settings.slabs = 300;
-  settings.intervals = 16;
-  const Result<Conversion> converted = convert(*make_sample("torus", 20000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  const SnapshotPtr model = converted->model.head;
+  const auto [info, model] = converted("torus", 20000, 300);
   RoomGoals with;
-  with.diagonal = converted->model.info.source_diagonal;
+  with.diagonal = info.source_diagonal;
   int told = 0;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) {
     const SurfacePoint on = surface_point(*model, s, 0.3, 0.3);
@@ -499,7 +504,7 @@ TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
   };
   const auto [result, carved] = carve_to(model, 0.4);
   ASSERT_GT(result.limited, 0U);
-  const Result<Refined> refined = refine(model_of(carved), RefineWhere::Saturated);
+  const Result<Refined> refined = refine(model_of(carved), RefineWhere::Saturated, model);
   ASSERT_TRUE(refined) << refined.error().message;
   EXPECT_GT(refined->saturated_before, 0U);
   EXPECT_LT(refined->saturated_after, refined->saturated_before);
@@ -517,16 +522,41 @@ TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
   EXPECT_GT(shared, 60U);
 }
 
-// More intervals up to 32, then cuts; the slabs' own fibres stay, and so does the surface. Once done it is done.
+// Conversion leaves little clay in a thin wall. No tool has brought the surface there, so it is none that ran out.
+TEST(Refine, AThinWallThatNobodyTouchedIsNotSaturated) {
+  const Model model = converted("bowl", 20000, 200);
+  const Result<Refined> unknown = refine(model, RefineWhere::Saturated);
+  ASSERT_TRUE(unknown) << unknown.error().message;
+  EXPECT_GT(unknown->saturated_before, 0U) << "its walls are thin";
+  const Result<Refined> refined = refine(model, RefineWhere::Saturated, model.head);
+  ASSERT_TRUE(refined) << refined.error().message;
+  EXPECT_EQ(refined->saturated_before, 0U);
+  EXPECT_EQ(refined->saturated_after, 0U);
+  EXPECT_EQ(refined->fibres_moved, 0U);
+  // What a tool has taken there counts.
+  const SurfacePoint on = surface_point(*model.head, 20, 0.3, 0.3);
+  Editor editor(model.head);
+  const double radius = 0.05 * model.info.source_diagonal;
+  editor.begin_stroke({.tool = Tool::Carve, .radius = radius, .detail = 0});
+  editor.dab(
+      {.slab = on.slab, .contact = on.position, .cursor = on.position - on.normal * radius, .normal = on.normal});
+  editor.end_stroke();
+  const Result<Refined> carved = refine({model.info, editor.head()}, RefineWhere::Saturated, model.head);
+  ASSERT_TRUE(carved) << carved.error().message;
+  EXPECT_GT(carved->saturated_before, 0U);
+}
+
+// More intervals up to 32, then cuts; the slabs' own fibres stay, and so does the surface. Once done it is done. An odd
+// grid of 65 beside one that is cut can neither stay nor have twice as many: its slab is cut, too.
 TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
-  for (const int n : {8, 32}) {
+  for (const int n : {8, 32, 65}) {
     SCOPED_TRACE(n);
     const auto twisted = [](Vec3d p) {
       const double turn = 6 * (length(p) - 1);
       return Vec3d{p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
     };
-    const SnapshotPtr model =
-        testing::displaced(testing::mapped_shell(*lattice_ball(2, n), twisted), [](Vec3d) { return 0.5; });
+    const SnapshotPtr model = testing::displaced(testing::mapped_shell(*lattice_ball(n == 65 ? 1 : 2, n), twisted),
+                                                 [](Vec3d) { return 0.5; });
     ASSERT_FALSE(model->slab_mesh().has_detail());
     // As conversion leaves it where it has made fibres lean: samples lie far apart along them.
     SnapshotDraft draft(model);
@@ -548,8 +578,11 @@ TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
     const Snapshot& after = *refined->model.head;
     EXPECT_TRUE(validate(after));
     EXPECT_GT(samples_of(after), samples_of(*steep));
+    EXPECT_EQ(refined->fibres_moved, 0U);
+    EXPECT_GT(refined->moved_max, 0) << "measured with the finer grids: not to the bit where fibres turn";
+    EXPECT_LT(refined->moved_max, 1e-3 * kDiagonal);
     EXPECT_EQ(after.slab_mesh().has_detail() && after.slab_mesh().slab_count() > steep->slab_mesh().slab_count(),
-              n == 32);
+              n >= 32);
     EXPECT_EQ(after.slab_mesh().roots_number(), steep->slab_mesh().roots_number());
     std::mt19937 random(3);
     std::uniform_real_distribution<double> unit(0, 1);
@@ -569,12 +602,7 @@ TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
 
 // Openings come from the surface that is converted, layers from the nearest place of the old one.
 TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
-  ConvertSettings settings;
-  settings.slabs = 80;
-  settings.intervals = 16;
-  const Result<Conversion> converted = convert(*make_sample("torus", 6000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  Model model = converted->model;
+  Model model = converted("torus", 6000, 80);
   const double diagonal = model.info.source_diagonal;
   const Vec3d rim = closest_point(*model.head, surface_point(*model.head, 20, 0.3, 0.3).position).position;
   const auto is_open = [&](Vec3d p, double radius) { return length(p - rim) < radius * diagonal; };
@@ -617,14 +645,9 @@ TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
 
 // Leaning fibres and large slabs: what is not told is reached.
 TEST(Room, IsMadeInAConvertedModelOrTold) {
-  ConvertSettings settings;
-  settings.slabs = 200;
-  settings.intervals = 32;
-  const Result<Conversion> converted = convert(*make_sample("head", 20000), settings);
-  ASSERT_TRUE(converted) << converted.error().message;
-  const SnapshotPtr model = converted->model.head;
+  const auto [info, model] = converted("head", 20000, 200, 32);
   RoomGoals with;
-  with.diagonal = converted->model.info.source_diagonal;
+  with.diagonal = info.source_diagonal;
   std::size_t told = 0, places = 0;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); s += 17) {
     const SurfacePoint on = surface_point(*model, s, 0.3, 0.3);
@@ -674,6 +697,52 @@ TEST(Solids, LinesPassThroughCapsules) {
     EXPECT_NEAR(p->to, last, 2 * kStep);
   }
   EXPECT_GT(passed, 50U);
+}
+
+// Fibres that lean over steep bumps, and the samples on the slabs' shared edges: each has a mark in every slab.
+TEST(Resampling, CountsASampleThatMeetsTheSurfaceSeveralTimesOnce) {
+  SnapshotDraft draft(testing::displaced(
+      lattice_ball(2, 16), [](Vec3d p) { return 0.5 + 0.2 * (std::sin(25 * p.x) + std::sin(25 * p.y)); }));
+  draft.add_layer(Layer::Folded, kOwnIntervals, 0);
+  const SnapshotPtr model = draft.finish();
+  const SlabMesh& mesh = model->slab_mesh();
+  std::vector<Fibre> fibres(mesh.fibres().begin(), mesh.fibres().end());
+  Lengthened leaning;
+  leaning.lattice = lattice_of(mesh, mesh.bounds(), 0.5).value();
+  for (const FibreId f : {10U, 20U, 30U, 40U, 50U, 60U}) {
+    const Vec3d aside = cross(fibres[f].outer, Vec3d{0.3, 0.5, 0.8}) * 0.4;
+    fibres[f].outer = leaning.lattice.to_model(snap(leaning.lattice.to_lattice(fibres[f].outer + aside)));
+    leaning.moved.push_back({f, fibres[f]});
+  }
+  const auto turned = mesh.with_root_fibres(fibres);
+  ASSERT_TRUE(turned) << turned.error().message;
+  std::vector<SlabId> slabs;
+  for (const MovedFibre& m : leaning.moved)
+    for (const SlabCorner c : mesh.fan(m.fibre)) slabs.push_back(c.slab);
+  std::ranges::sort(slabs);
+  const auto repeated = std::ranges::unique(slabs);
+  slabs.erase(repeated.begin(), repeated.end());
+  const Resampled made = resample(*model, *turned, leaning, slabs, {}, 1, {});
+  ASSERT_TRUE(made.unmet.empty());
+  std::size_t marks = 0, marked = 0;
+  for (const MovedTile& t : made.tiles) {
+    if (t.layer != Layer::Folded) continue;
+    const int n = t.tile->intervals();
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        if (t.tile->value(0, sample_index(n, {i, j})) == 0) continue;
+        ++marks;
+        SampleCopy first;
+        mesh.for_each_copy(
+            t.slab, [n](SlabId) { return n; }, {i, j},
+            [&](const SampleCopy& copy) {
+              if (first.slab == kNoSlab) first = copy;
+            });
+        marked += first.slab == t.slab ? 1 : 0;
+      }
+  }
+  EXPECT_GT(marks, marked) << "some lie on edges";
+  EXPECT_EQ(made.folded, marked);
 }
 
 TEST(CageLattice, HoldsAllFibresAndTheRoomAround) {
