@@ -72,7 +72,7 @@ verify::Certificate check_shell(const Shell& shell, const Lattice& lattice) {
 struct ClosedShell {
   CertifiedShell made;
   Lattice lattice;
-  std::size_t openings = 0;
+  std::size_t openings = 0;                      ///< of which fill triangles are left
   std::optional<ConvertReport::Skin> skin = {};  ///< where parts overlapped
 };
 
@@ -84,7 +84,6 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
   constexpr int kAttempts = 3;
   Openings openings(open.get());
   ClosedShell result;
-  result.openings = openings.count();
   const double room = kWhileMade * settings.thickness * diagonal;
   for (int attempt = 1;; ++attempt) {
     ClosedOpenings closed = openings.close(open.get(), room);
@@ -108,6 +107,8 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
          .pages = open.pages()},
         progress);
     result.skin = source.report;
+    // What the skin dropped takes its openings along.
+    result.openings = source.report ? count_openings(closed.patches, source.face_of) : openings.count();
     if (!result.made.shell.faces.empty()) {
       show_source(settings.show, Stage::Prepared, result.made.prepared.source, closed.lattice);
       show_shell(settings.show, result.made.shell, closed.lattice);
@@ -273,12 +274,6 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
     for (std::uint32_t& v : t) v = number[v];
   report.phantom_triangles = mended.triangles.size() - ground.phantom_from;
   report.closed_openings = closed.openings;
-  if (closed.skin) {
-    // What it dropped takes its openings along.
-    const auto fill = std::span(mended.triangles).subspan(ground.phantom_from);
-    report.closed_openings =
-        std::min<std::size_t>(closed.openings, find_components(mended.positions.size(), fill).count);
-  }
   ground.mesh = Paged(std::move(mended), ground.mesh.pages());
   return *mesh;
 }

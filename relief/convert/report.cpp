@@ -131,13 +131,11 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
 
 namespace {
 
-/// What may lead to a certificate where nobody asked to do without; a sentence.
+/// What may lead to a certificate where nobody asked to do without; a sentence. Then no shell folds, and a model is
+/// tolerant only because it is not of the source.
 std::string remedy_of_tolerant(const ConvertReport& report) {
   if (!report.remesh) return "--remesh, which rebuilds the source as a solid, may lead to a certificate";
-  const double voxel = report.remesh->voxel;
-  const std::string finer = "smaller voxels keep more of the source: --remesh " + rounded(voxel / 2);
-  if (!is_of_the_source(report)) return finer;
-  return "larger voxels may lead to a certificate, but keep less detail: --remesh " + rounded(2 * voxel);
+  return "smaller voxels keep more of the source: --remesh " + rounded(report.remesh->voxel / 2);
 }
 
 }  // namespace
