@@ -7,12 +7,12 @@
 #include <relief/convert/prepare/openings.h>
 #include <relief/convert/prepare/small_components.h>
 #include <relief/convert/remesh/remesh.h>
+#include <relief/convert/report.h>
 #include <relief/convert/sample/fibre_sampling.h>
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
 #include <relief/convert/skinned_shell.h>
 #include <relief/convert/stage_meshes.h>
-#include <relief/convert/support/words.h>
 #include <relief/verify/verify.h>
 
 #include <malloc.h>
@@ -218,18 +218,17 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   const Lattice& lattice = closed.lattice;
   if (made.shell.faces.empty()) {
     if (const std::optional<Obstacle>& obstacle = made.prepared.obstacle)
-      report.not_certified = clause(*obstacle) + ", first near " + place(lattice.to_model(obstacle->place));
+      report.not_certified = why_no_shell(*obstacle, lattice.to_model(obstacle->place));
     return nullptr;
   }
   // The proof is the verifier's, not the builder's.
   if (const verify::Certificate certificate = check_shell(made.shell, lattice); !certificate.all()) {
-    report.not_certified =
-        certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
+    report.not_certified = why_refused(certificate);
     return nullptr;
   }
   auto mesh = slab_mesh_of(std::exchange(made.shell, {}), lattice);
   if (!mesh) {
-    report.not_certified = "the slabs do not join: " + mesh.error().message;
+    report.not_certified = why_not_joined(mesh.error());
     return nullptr;
   }
   const Repairs& repairs = made.prepared.repairs;
