@@ -7,7 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -164,6 +167,54 @@ TEST(Notes, SheetsAlongEachOtherNameARemeshUnlessItWasDone) {
   EXPECT_EQ(to_string(report.repair).find("--remesh"), std::string::npos);
   report.remesh = {.voxel = 0.01};
   EXPECT_EQ(notes_with(report, for_slabs(200), Mode::Certified).find("--remesh joins them"), std::string::npos);
+}
+
+/// All notes of conversions but those of options, with one and with several of each thing; each once, in order.
+std::set<std::string> notes_of_conversions() {
+  const ModelInfo info{.mode = Mode::Certified, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 130};
+  std::set<std::string> all;
+  const auto add = [&](const auto& set) {
+    ConvertReport report;
+    report.clay.below.least = 1;
+    report.slabs = report.slabs_asked = 200;
+    set(report);
+    const std::vector<std::string> notes = detail::notes_of(report, {}, info, 200);
+    EXPECT_FALSE(notes.empty());
+    for (const std::string& note : notes)
+      if (!note.contains("--")) all.insert(note);
+  };
+  for (const std::size_t n : {1U, 3U}) {
+    add([&](ConvertReport& r) { r.given_triangles = 4, r.repair.duplicate_triangles = n; });
+    add([&](ConvertReport& r) { r.given_triangles = 4, r.repair.degenerate_triangles = n; });
+    for (const std::size_t parts : {std::size_t{1}, n})
+      add([&](ConvertReport& r) { r.strays = {.components = parts, .triangles = n, .near = {1, 2, 3}, .away = 50}; });
+    add([&](ConvertReport& r) { r.split_high_valence = n; });
+    add([&](ConvertReport& r) { r.truncated_spikes = n; });
+    add([&](ConvertReport& r) { r.specks = n; });
+    add([&](ConvertReport& r) { r.slabs = n, r.slabs_asked = r.slabs_too_coarse = 1, r.error = 1e-4; });
+    for (int kind = 0; kind <= static_cast<int>(detail::DefectKind::Fold); ++kind) {
+      const detail::Obstacle obstacle = {.kind = static_cast<detail::DefectKind>(kind), .place = {}, .count = n};
+      add([&](ConvertReport& r) { r.left_out = {{n, {1, 2, 3}, 1e-5, detail::clause(obstacle)}}; });
+      add([&](ConvertReport& r) {
+        r.remesh = {.voxel = 0.02};
+        r.not_certified = detail::why_no_shell(obstacle, {1, 2, 3});
+      });
+    }
+  }
+  add([](ConvertReport& r) { r.remesh = {.voxel = 0.02}, r.slabs_that_hold = 300; });
+  add([](ConvertReport& r) { r.remesh = {.voxel = 0.02}, r.not_certified = detail::why_refused({}); });
+  add([](ConvertReport& r) { r.clay.below.thin_fibres = 0.03, r.clay.below.least = 1e-4; });
+  return all;
+}
+
+// The file is what the studio's test looks up in its other languages.
+TEST(Notes, AreThoseOfTheFileThatIsTranslated) {
+  std::ifstream file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/notes_of_conversions.txt");
+  std::set<std::string> listed;
+  for (std::string note; std::getline(file, note);) listed.insert(note);
+  const std::set<std::string> made = notes_of_conversions();
+  for (const std::string& note : made) EXPECT_TRUE(listed.contains(note)) << "not in the file: " << note;
+  for (const std::string& note : listed) EXPECT_TRUE(made.contains(note)) << "never said: " << note;
 }
 
 TEST(ToString, OneOfAThingIsSaidAsOne) {
