@@ -189,17 +189,23 @@ def before_of(relief, file, slabs, options, work):
 
 
 def changes_of(row):
-    """How a model's figures compare with those of the older program: ratios of after to before."""
+    """How a model's figures compare with those of the older program: ratios of after to before. None: the older program did not say."""
     before, after = row["before"], row.get("convert")
     if before["status"] != 0 or after is None:
         return None
 
     def ratio(now, then):
         return round(now / then, 3) if then else None
-    back = [d["from_mended"]["max"] for d in (after["distance"], before["distance"])]
-    return {"same_content": row["content_hash"] == before["content_hash"], "cpu": ratio(row["cpu_s"], before["cpu_s"]),
+    back = [((report["distance"] or {}).get("from_mended") or {}).get("max") for report in (after, before)]
+    same = row["content_hash"] == before["content_hash"] if before["content_hash"] else None
+    return {"same_content": same, "cpu": ratio(row["cpu_s"], before["cpu_s"]),
             "memory": ratio(row["peak_mib"], before["peak_mib"]), "slabs": ratio(after["slabs"], before["slabs"]),
             "greatest": ratio(*back)}
+
+
+def single_share(hits):
+    """Of the fibres that were cast, those that meet the source once, in percent."""
+    return 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
 
 
 def said_before(row):
@@ -207,9 +213,10 @@ def said_before(row):
     before = row["before"]
     if before["status"] != 0:
         return f"none, {before['cpu_s']:.2f} s"
+    slabs = "unknown" if before["slabs"] is None else f"{before['slabs']:,}"
     hits = before["hits"]
-    single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
-    return f"{before['mode']}, {before['slabs']:,}, {single:.2f} %, {before['cpu_s']:.2f} s, {before['peak_mib']:.0f} MiB"
+    single = f"{single_share(hits):.2f} %" if hits else "unknown"
+    return f"{before['mode'] or 'unknown'}, {slabs}, {single}, {before['cpu_s']:.2f} s, {before['peak_mib']:.0f} MiB"
 
 
 def markdown(rows, options):
@@ -230,7 +237,7 @@ def markdown(rows, options):
                         f" |{tail}")
         else:
             hits, there, back = c["hits"], c["distance"]["to_mended"], c["distance"]["from_mended"]
-            single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
+            single = single_share(hits)
             text.append(f"{head} {row['triangles']:,} | {c['slabs']:,} ({row['target']}) | {c['mode']} | {row['cpu_s']:.2f} |"
                         f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {max(0, row['bytes_per_triangle']):.0f} | {single:.2f} % | {there['rms']:.1e}, {back['rms']:.1e} |"
                         f" {there['max']:.1e}, {back['max']:.1e} | {100 * c['coverage']['visible_share']:.2f} % | {'yes' if row['verified'] else 'no'} |{tail}")

@@ -7,6 +7,7 @@
 #include <QRegularExpression>
 #include <QStringList>
 #include <cmath>
+#include <optional>
 
 namespace relief::studio {
 
@@ -43,10 +44,12 @@ QString ago_text(qint64 seconds) {
   return Text::tr("%n day(s) ago", nullptr, static_cast<int>(seconds / 86400));
 }
 
-QString note_text(const std::string& note) {
+namespace {
+
+/// The words in the user's language around the values that they hold; nothing where nobody has translated them.
+std::optional<QString> translated_note(const QString& words) {
   static const QRegularExpression value(R"('[^']*'|\(-?\d[^()]*\)|\d+(?:\.\d+)?(?:e[-+]?\d+)?(?: (?:mm|cm|m|in)\b)?)");
   static const QRegularExpression slot(QStringLiteral("%(\\d+)"));
-  const QString words = text(note);
   QStringList values;
   QString pattern;
   qsizetype from = 0;
@@ -58,6 +61,7 @@ QString note_text(const std::string& note) {
   }
   pattern += words.mid(from);
   const QString translated = QCoreApplication::translate("Notes", pattern.toUtf8());
+  if (translated == pattern) return std::nullopt;
   QString result;
   from = 0;
   for (auto each = slot.globalMatch(translated); each.hasNext();) {
@@ -66,6 +70,18 @@ QString note_text(const std::string& note) {
     from = match.capturedEnd();
   }
   return result + translated.mid(from);
+}
+
+}  // namespace
+
+QString note_text(const std::string& note) {
+  const QString words = text(note), between = QStringLiteral(": ");
+  if (const auto whole = translated_note(words)) return *whole;
+  // The reason behind a colon may be one of many, in any note.
+  const qsizetype colon = words.indexOf(between);
+  if (colon < 0) return words;
+  const QString head = words.left(colon), reason = words.mid(colon + between.size());
+  return translated_note(head).value_or(head) + between + translated_note(reason).value_or(reason);
 }
 
 QString error_text(const Error& error) {

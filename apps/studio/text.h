@@ -32,7 +32,8 @@ namespace relief::studio {
 [[nodiscard]] QString ago_text(qint64 seconds);
 
 /// A note of a conversion or a file in the user's language. Numbers with their units, places in brackets and names in
-/// quotation marks are kept; what stands around them is looked up. Words that nobody has translated stay as they are.
+/// quotation marks are kept; what stands around them is looked up, as a whole or else before and behind the first
+/// colon. Words that nobody has translated stay as they are.
 [[nodiscard]] QString note_text(const std::string& note);
 /// A failure in the user's language. The library's sentence is English: for people who read another language, what kind
 /// of failure it is stands before it.

@@ -122,7 +122,8 @@ struct ConvertReport {
   double lattice_step = 0;             ///< of what the shell stands on, share of the diagonal
   std::size_t split_high_valence = 0;  ///< vertices with very many triangles, which rings divide now
   std::size_t truncated_spikes = 0;    ///< vertices whose faces no direction saw, cut off and closed with patches
-  std::size_t closed_openings = 0;     ///< rims closed with fill triangles, whose samples are void
+  std::size_t closed_openings = 0;     ///< openings of the source of which fill triangles are left; their samples are
+                                       ///< void
   std::size_t phantom_triangles = 0;   ///< triangles that fill holes
   /// Holds what the remesh did.
   struct Remesh {

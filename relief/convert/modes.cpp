@@ -7,12 +7,12 @@
 #include <relief/convert/prepare/openings.h>
 #include <relief/convert/prepare/small_components.h>
 #include <relief/convert/remesh/remesh.h>
+#include <relief/convert/report.h>
 #include <relief/convert/sample/fibre_sampling.h>
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
 #include <relief/convert/skinned_shell.h>
 #include <relief/convert/stage_meshes.h>
-#include <relief/convert/support/words.h>
 #include <relief/verify/verify.h>
 
 #include <malloc.h>
@@ -72,7 +72,7 @@ verify::Certificate check_shell(const Shell& shell, const Lattice& lattice) {
 struct ClosedShell {
   CertifiedShell made;
   Lattice lattice;
-  std::size_t openings = 0;
+  std::size_t openings = 0;                      ///< of which fill triangles are left
   std::optional<ConvertReport::Skin> skin = {};  ///< where parts overlapped
 };
 
@@ -84,7 +84,6 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
   constexpr int kAttempts = 3;
   Openings openings(open.get());
   ClosedShell result;
-  result.openings = openings.count();
   const double room = kWhileMade * settings.thickness * diagonal;
   for (int attempt = 1;; ++attempt) {
     ClosedOpenings closed = openings.close(open.get(), room);
@@ -108,6 +107,8 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
          .pages = open.pages()},
         progress);
     result.skin = source.report;
+    // What the skin dropped takes its openings along.
+    result.openings = source.report ? count_openings(closed.patches, source.face_of) : openings.count();
     if (!result.made.shell.faces.empty()) {
       show_source(settings.show, Stage::Prepared, result.made.prepared.source, closed.lattice);
       show_shell(settings.show, result.made.shell, closed.lattice);
@@ -217,18 +218,17 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   const Lattice& lattice = closed.lattice;
   if (made.shell.faces.empty()) {
     if (const std::optional<Obstacle>& obstacle = made.prepared.obstacle)
-      report.not_certified = clause(*obstacle) + ", first near " + place(lattice.to_model(obstacle->place));
+      report.not_certified = why_no_shell(*obstacle, lattice.to_model(obstacle->place));
     return nullptr;
   }
   // The proof is the verifier's, not the builder's.
   if (const verify::Certificate certificate = check_shell(made.shell, lattice); !certificate.all()) {
-    report.not_certified =
-        certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
+    report.not_certified = why_refused(certificate);
     return nullptr;
   }
   auto mesh = slab_mesh_of(std::exchange(made.shell, {}), lattice);
   if (!mesh) {
-    report.not_certified = "the slabs do not join: " + mesh.error().message;
+    report.not_certified = why_not_joined(mesh.error());
     return nullptr;
   }
   const Repairs& repairs = made.prepared.repairs;
@@ -273,12 +273,6 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
     for (std::uint32_t& v : t) v = number[v];
   report.phantom_triangles = mended.triangles.size() - ground.phantom_from;
   report.closed_openings = closed.openings;
-  if (closed.skin) {
-    // What it dropped takes its openings along.
-    const auto fill = std::span(mended.triangles).subspan(ground.phantom_from);
-    report.closed_openings =
-        std::min<std::size_t>(closed.openings, find_components(mended.positions.size(), fill).count);
-  }
   ground.mesh = Paged(std::move(mended), ground.mesh.pages());
   return *mesh;
 }

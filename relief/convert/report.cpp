@@ -1,5 +1,6 @@
 // What a conversion says to a person.
 #include <relief/convert/convert.h>
+#include <relief/convert/obstacle_text.h>
 #include <relief/convert/report.h>
 #include <relief/convert/support/words.h>
 
@@ -131,13 +132,11 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
 
 namespace {
 
-/// What may lead to a certificate where nobody asked to do without; a sentence.
+/// What may lead to a certificate where nobody asked to do without; a sentence. Then no shell folds, and a model is
+/// tolerant only because it is not of the source.
 std::string remedy_of_tolerant(const ConvertReport& report) {
   if (!report.remesh) return "--remesh, which rebuilds the source as a solid, may lead to a certificate";
-  const double voxel = report.remesh->voxel;
-  const std::string finer = "smaller voxels keep more of the source: --remesh " + rounded(voxel / 2);
-  if (!is_of_the_source(report)) return finer;
-  return "larger voxels may lead to a certificate, but keep less detail: --remesh " + rounded(2 * voxel);
+  return "smaller voxels keep more of the source: --remesh " + rounded(report.remesh->voxel / 2);
 }
 
 }  // namespace
@@ -224,7 +223,7 @@ std::string collapsed(const ConvertReport& report) {
   if (twice > flat)
     return std::to_string(twice) + of_all +
            (twice == 1 ? " has the same corners as another and was" : " have the same corners as another and were") +
-           " left out: the file has such faces more than once";
+           " left out: the file has these faces more than once";
   return std::to_string(flat + twice) + of_all +
          (flat + twice == 1 ? " has no area or coincides" : " have no area or coincide") +
          ": the file's coordinates may be too coarse for the shape, as far "
@@ -233,8 +232,9 @@ std::string collapsed(const ConvertReport& report) {
 
 std::string left_out(const ConvertReport::LeftOut& speck, double step, const ModelInfo& info) {
   return "a part of " + counted(speck.triangles, "triangle") + " at " + place_in(speck.near, info) + ", only " +
-         number(speck.across) + " of the diagonal across, was left out: on the lattice, whose step is " + number(step) +
-         " of it, " + speck.reason;
+         number(speck.across) +
+         " of the diagonal across, was left out, as no slabs stand on it with lattice steps of " + number(step) +
+         " of the diagonal: " + speck.reason;
 }
 
 /// That the error requested, or the usual one, is not kept everywhere, how far off the model lies there, and what
@@ -289,7 +289,7 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
          distance(ClaySide::kThin, info) + " below the surface, the least " + distance(report.clay.below.least, info) +
          " near " + place_in(report.clay.below.least_at, info));
   if (report.remesh && !settings.remesh)
-    note("the source was rebuilt as a solid with voxels of " + number(report.remesh->voxel) + " of the diagonal, for " +
+    note("the source was rebuilt as a solid with voxels of " + number(report.remesh->voxel) + " of the diagonal: " +
          (report.slabs_that_hold > 0
               ? "no fewer than " + std::to_string(report.slabs_that_hold) + " slabs were found that hold it"
               : report.not_certified));
@@ -306,6 +306,16 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
   if (info.mode == Mode::Tolerant && !settings.mode) note(remedy_of_tolerant(report));
   return notes;
 }
+
+std::string why_no_shell(const Obstacle& obstacle, Vec3d near) {
+  return clause(obstacle) + ", first near " + place(near);
+}
+
+std::string why_refused(const verify::Certificate& certificate) {
+  return certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
+}
+
+std::string why_not_joined(const Error& error) { return "the slabs do not join: " + error.message; }
 
 std::string not_of_the_source(const ConvertReport& report) {
   const ConvertReport::Coverage& coverage = report.coverage;

@@ -48,6 +48,27 @@ class Table(unittest.TestCase):
         self.assertEqual({k: row["changes"][k] for k in ("same_content", "slabs", "greatest")},
                          {"same_content": True, "slabs": 1, "greatest": 1})
 
+    def test_an_older_program_that_says_less_is_compared_in_what_it_says(self):
+        # It converts as this one does, and its JSON has neither distances nor fibres nor, in the end, slabs.
+        old = self.folder / "relief"
+        for missing in (("distance", "hits"), ("distance", "hits", "slabs", "mode")):
+            old.write_text(f"""#!{sys.executable}
+import json, os, subprocess, sys
+run = subprocess.run([os.environ["RELIEF_BIN"], *sys.argv[1:]], capture_output=True, text=True)
+said = json.loads(run.stdout)
+print(json.dumps({{k: v for k, v in said.items() if k not in {("content_hash",) + missing}}}))
+sys.exit(run.returncode)
+""")
+            old.chmod(0o755)
+            run = table("--only", "torus", "--triangles", 3000, "--samples", 7, "--out", self.folder, "--before", old)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            (row,) = json.loads((self.folder / "table.json").read_text())["rows"]
+            changes = row["changes"]
+            self.assertEqual((changes["same_content"], changes["greatest"]), (None, None))
+            self.assertEqual(changes["slabs"], None if "slabs" in missing else 1)
+            self.assertGreater(changes["cpu"], 0)
+            self.assertIn("unknown, unknown, unknown, " if "slabs" in missing else " certified, ", run.stdout)
+
     def test_scans_are_found_by_name_and_a_refused_one_keeps_its_row(self):
         scans = self.folder / "scans/below"
         scans.mkdir(parents=True)

@@ -66,34 +66,81 @@ QT_TRANSLATE_NOOP("Samples", "torus")
 QT_TRANSLATE_NOOP("Samples", "bowl")
 
 // Notes of conversions and files, with numbers and names as note_text() takes them out (relief/convert/report.cpp,
-// relief/mesh/read)
+// relief/convert/obstacle_text.cpp, relief/mesh/read); the reason behind a colon by itself
+QT_TRANSLATE_NOOP(
+    "Notes",
+    "%1 of %2 triangles has the same corners as another and was left out: the file has these faces more than once")
 QT_TRANSLATE_NOOP(
     "Notes",
     "%1 of %2 triangles have the same corners as another and were left out: the file has these faces more than once")
 QT_TRANSLATE_NOOP("Notes",
+                  "%1 of %2 triangles has no area or coincides: the file's coordinates may be too coarse for the "
+                  "shape, as far from the origin")
+QT_TRANSLATE_NOOP("Notes",
                   "%1 of %2 triangles have no area or coincide: the file's coordinates may be too coarse for the "
                   "shape, as far from the origin")
 QT_TRANSLATE_NOOP("Notes",
-                  "%1 vertices had very many triangles around them, which rings divide now; the surface stays within "
-                  "the rounding of the lattice")
+                  "%1 vertex had very many triangles around, which rings divide now; the surface stays within the "
+                  "rounding of the lattice")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 vertices had very many triangles around, which rings divide now; the surface stays within the "
+                  "rounding of the lattice")
 QT_TRANSLATE_NOOP("Notes",
                   "%1 vertex had faces without a common front-facing direction and long edges: the tips, at most %2 of "
                   "the diagonal long, were cut off and closed with patches")
 QT_TRANSLATE_NOOP("Notes",
                   "%1 vertices had faces without a common front-facing direction and long edges: the tips, at most %2 "
                   "of the diagonal long, were cut off and closed with patches")
-QT_TRANSLATE_NOOP("Notes", "%1 more such parts were left out")
-QT_TRANSLATE_NOOP(
-    "Notes", "tools find little clay: %1 % of the fibres have less than %2 below the surface, the least %3 near %4")
 QT_TRANSLATE_NOOP("Notes",
-                  "%1 triangle in %2 part that lie farther off than ten times the rest is across, the farthest %3 "
-                  "times, near %4, were left out")
+                  "%1 triangle in %2 part that lies farther off than ten times the rest is across, the farthest %3 "
+                  "times, near %4, was left out")
 QT_TRANSLATE_NOOP("Notes",
-                  "%1 triangles in %2 part that lie farther off than ten times the rest is across, the farthest %3 "
+                  "%1 triangles in %2 part that lies farther off than ten times the rest is across, the farthest %3 "
                   "times, near %4, were left out")
 QT_TRANSLATE_NOOP("Notes",
                   "%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 "
                   "times, near %4, were left out")
+QT_TRANSLATE_NOOP("Notes",
+                  "a part of %1 triangle at %2, only %3 of the diagonal across, was left out, as no slabs stand on it "
+                  "with lattice steps of %4 of the diagonal")
+QT_TRANSLATE_NOOP("Notes",
+                  "a part of %1 triangles at %2, only %3 of the diagonal across, was left out, as no slabs stand on it "
+                  "with lattice steps of %4 of the diagonal")
+QT_TRANSLATE_NOOP("Notes", "%1 more such part was left out")
+QT_TRANSLATE_NOOP("Notes", "%1 more such parts were left out")
+QT_TRANSLATE_NOOP("Notes", "the source was rebuilt as a solid with voxels of %1 of the diagonal")
+QT_TRANSLATE_NOOP("Notes", "no fewer than %1 slabs were found that hold it")
+QT_TRANSLATE_NOOP("Notes", "the shell failed its check")
+QT_TRANSLATE_NOOP("Notes",
+                  "the usual error of %1 of the diagonal, %2, is not kept in %3 of %4 slab: between samples their "
+                  "surface lies up to %5 off")
+QT_TRANSLATE_NOOP("Notes",
+                  "the usual error of %1 of the diagonal, %2, is not kept in %3 of %4 slabs: between samples their "
+                  "surface lies up to %5 off")
+QT_TRANSLATE_NOOP("Notes", "a vertex has %1 triangles around it, too many to compare")
+QT_TRANSLATE_NOOP("Notes", "%1 vertex has no common front-facing direction")
+QT_TRANSLATE_NOOP("Notes", "%1 vertices have no common front-facing direction")
+QT_TRANSLATE_NOOP("Notes", "%1 triangle intersects others")
+QT_TRANSLATE_NOOP("Notes", "%1 triangles intersect others")
+QT_TRANSLATE_NOOP("Notes", "what fills holes intersects itself or the source, in %1 triangle")
+QT_TRANSLATE_NOOP("Notes", "what fills holes intersects itself or the source, in %1 triangles")
+QT_TRANSLATE_NOOP("Notes", "%1 triangle lies on others, or too near to tell apart")
+QT_TRANSLATE_NOOP("Notes", "%1 triangles lie on others, or too near to tell apart")
+QT_TRANSLATE_NOOP("Notes", "%1 triangle has another over it that folds")
+QT_TRANSLATE_NOOP("Notes", "%1 triangles have another over it that folds")
+QT_TRANSLATE_NOOP("Notes", "a vertex has %1 triangles around it, too many to compare, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 vertex has no common front-facing direction, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 vertices have no common front-facing direction, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 triangle intersects others, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 triangles intersect others, first near %2")
+QT_TRANSLATE_NOOP("Notes", "what fills holes intersects itself or the source, in %1 triangle, first near %2")
+QT_TRANSLATE_NOOP("Notes", "what fills holes intersects itself or the source, in %1 triangles, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 triangle lies on others, or too near to tell apart, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 triangles lie on others, or too near to tell apart, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 triangle has another over it that folds, first near %2")
+QT_TRANSLATE_NOOP("Notes", "%1 triangles have another over it that folds, first near %2")
+QT_TRANSLATE_NOOP(
+    "Notes", "tools find little clay: %1 % of the fibres have less than %2 below the surface, the least %3 near %4")
 QT_TRANSLATE_NOOP("Notes", "%1 objects that the file marks as support or other were left out")
 QT_TRANSLATE_NOOP("Notes",
                   "colours that were painted in a slicer (paint_color) are in a form of its own and were passed over")

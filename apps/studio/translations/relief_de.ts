@@ -302,10 +302,6 @@
         <translation>%1 von %2 Dreiecken haben keine Fläche oder fallen zusammen: Die Koordinaten der Datei sind vielleicht zu grob für die Form, etwa weit vom Ursprung</translation>
     </message>
     <message>
-        <source>%1 vertices had very many triangles around them, which rings divide now; the surface stays within the rounding of the lattice</source>
-        <translation>%1 Ecken hatten sehr viele Dreiecke um sich, die nun Ringe teilen; die Oberfläche bleibt, bis auf die Rundung des Gitters</translation>
-    </message>
-    <message>
         <source>%1 vertex had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches</source>
         <translation>%1 Ecke hatte Flächen, die keine Richtung alle von vorn sieht, und lange Kanten: Die Spitze, höchstens %2 der Diagonale lang, wurde abgeschnitten und geschlossen</translation>
     </message>
@@ -316,14 +312,6 @@
     <message>
         <source>%1 more such parts were left out</source>
         <translation>%1 weitere solche Teile wurden weggelassen</translation>
-    </message>
-    <message>
-        <source>%1 triangle in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
-        <translation>%1 Dreieck in %2 Teil, weiter entfernt als das Zehnfache der Breite des Restes (%3-fach), bei %4, wurde weggelassen</translation>
-    </message>
-    <message>
-        <source>%1 triangles in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
-        <translation>%1 Dreiecke in %2 Teil, weiter entfernt als das Zehnfache der Breite des Restes (%3-fach), bei %4, wurden weggelassen</translation>
     </message>
     <message>
         <source>%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
@@ -412,6 +400,150 @@
     <message>
         <source>material %1 is in no material library</source>
         <translation>Das Material %1 steht in keiner Materialdatei</translation>
+    </message>
+    <message>
+        <source>%1 of %2 triangles has the same corners as another and was left out: the file has these faces more than once</source>
+        <translation>%1 von %2 Dreiecken hat dieselben Ecken wie ein anderes und wurde weggelassen: Die Datei hat solche Flächen mehrfach</translation>
+    </message>
+    <message>
+        <source>%1 of %2 triangles has no area or coincides: the file&apos;s coordinates may be too coarse for the shape, as far from the origin</source>
+        <translation>%1 von %2 Dreiecken hat keine Fläche oder fällt mit einem anderen zusammen: Die Koordinaten der Datei sind vielleicht zu grob für die Form, etwa weit vom Ursprung</translation>
+    </message>
+    <message>
+        <source>%1 vertex had very many triangles around, which rings divide now; the surface stays within the rounding of the lattice</source>
+        <translation>%1 Ecke hatte sehr viele Dreiecke um sich, die nun Ringe teilen; die Oberfläche bleibt, bis auf die Rundung des Gitters</translation>
+    </message>
+    <message>
+        <source>%1 vertices had very many triangles around, which rings divide now; the surface stays within the rounding of the lattice</source>
+        <translation>%1 Ecken hatten sehr viele Dreiecke um sich, die nun Ringe teilen; die Oberfläche bleibt, bis auf die Rundung des Gitters</translation>
+    </message>
+    <message>
+        <source>%1 triangle in %2 part that lies farther off than ten times the rest is across, the farthest %3 times, near %4, was left out</source>
+        <translation>%1 Dreieck in %2 Teil, weiter entfernt als das Zehnfache der Breite des Restes (%3-fach), bei %4, wurde weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 triangles in %2 part that lies farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
+        <translation>%1 Dreiecke in %2 Teil, weiter entfernt als das Zehnfache der Breite des Restes (%3-fach), bei %4, wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>a part of %1 triangle at %2, only %3 of the diagonal across, was left out, as no slabs stand on it with lattice steps of %4 of the diagonal</source>
+        <translation>ein Teil aus %1 Dreieck bei %2, nur %3 der Diagonale breit, wurde weggelassen, weil auf ihm bei Gitterschritten von %4 der Diagonale keine Platten stehen</translation>
+    </message>
+    <message>
+        <source>a part of %1 triangles at %2, only %3 of the diagonal across, was left out, as no slabs stand on it with lattice steps of %4 of the diagonal</source>
+        <translation>ein Teil aus %1 Dreiecken bei %2, nur %3 der Diagonale breit, wurde weggelassen, weil auf ihm bei Gitterschritten von %4 der Diagonale keine Platten stehen</translation>
+    </message>
+    <message>
+        <source>%1 more such part was left out</source>
+        <translation>%1 weiterer solcher Teil wurde weggelassen</translation>
+    </message>
+    <message>
+        <source>the source was rebuilt as a solid with voxels of %1 of the diagonal</source>
+        <translation>Der Scan wurde als Körper aus Voxeln von %1 der Diagonale neu gebaut</translation>
+    </message>
+    <message>
+        <source>no fewer than %1 slabs were found that hold it</source>
+        <translation>Weniger als %1 Platten, die ihn halten, wurden nicht gefunden</translation>
+    </message>
+    <message>
+        <source>the shell failed its check</source>
+        <translation>Die Hülle bestand ihre Prüfung nicht</translation>
+    </message>
+    <message>
+        <source>the usual error of %1 of the diagonal, %2, is not kept in %3 of %4 slab: between samples their surface lies up to %5 off</source>
+        <translation>Der übliche Fehler von %1 der Diagonale, %2, wird in %3 von %4 Platte überschritten: Zwischen den Messpunkten liegt ihre Oberfläche bis zu %5 daneben</translation>
+    </message>
+    <message>
+        <source>the usual error of %1 of the diagonal, %2, is not kept in %3 of %4 slabs: between samples their surface lies up to %5 off</source>
+        <translation>Der übliche Fehler von %1 der Diagonale, %2, wird in %3 von %4 Platten überschritten: Zwischen den Messpunkten liegt ihre Oberfläche bis zu %5 daneben</translation>
+    </message>
+    <message>
+        <source>a vertex has %1 triangles around it, too many to compare</source>
+        <translation>eine Ecke hat %1 Dreiecke um sich, zu viele zum Vergleichen</translation>
+    </message>
+    <message>
+        <source>%1 vertex has no common front-facing direction</source>
+        <translation>%1 Ecke hat keine Richtung, die alle ihre Flächen von vorn sieht</translation>
+    </message>
+    <message>
+        <source>%1 vertices have no common front-facing direction</source>
+        <translation>%1 Ecken haben keine Richtung, die alle ihre Flächen von vorn sieht</translation>
+    </message>
+    <message>
+        <source>%1 triangle intersects others</source>
+        <translation>%1 Dreieck schneidet andere</translation>
+    </message>
+    <message>
+        <source>%1 triangles intersect others</source>
+        <translation>%1 Dreiecke schneiden andere</translation>
+    </message>
+    <message>
+        <source>what fills holes intersects itself or the source, in %1 triangle</source>
+        <translation>was Löcher füllt, schneidet sich selbst oder den Scan, in %1 Dreieck</translation>
+    </message>
+    <message>
+        <source>what fills holes intersects itself or the source, in %1 triangles</source>
+        <translation>was Löcher füllt, schneidet sich selbst oder den Scan, in %1 Dreiecken</translation>
+    </message>
+    <message>
+        <source>%1 triangle lies on others, or too near to tell apart</source>
+        <translation>%1 Dreieck liegt auf anderen oder ihnen zu nah, um sie zu unterscheiden</translation>
+    </message>
+    <message>
+        <source>%1 triangles lie on others, or too near to tell apart</source>
+        <translation>%1 Dreiecke liegen auf anderen oder ihnen zu nah, um sie zu unterscheiden</translation>
+    </message>
+    <message>
+        <source>%1 triangle has another over it that folds</source>
+        <translation>%1 Dreieck hat ein anderes über sich, das sich faltet</translation>
+    </message>
+    <message>
+        <source>%1 triangles have another over it that folds</source>
+        <translation>%1 Dreiecke haben ein anderes über sich, das sich faltet</translation>
+    </message>
+    <message>
+        <source>a vertex has %1 triangles around it, too many to compare, first near %2</source>
+        <translation>eine Ecke hat %1 Dreiecke um sich, zu viele zum Vergleichen, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 vertex has no common front-facing direction, first near %2</source>
+        <translation>%1 Ecke hat keine Richtung, die alle ihre Flächen von vorn sieht, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 vertices have no common front-facing direction, first near %2</source>
+        <translation>%1 Ecken haben keine Richtung, die alle ihre Flächen von vorn sieht, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 triangle intersects others, first near %2</source>
+        <translation>%1 Dreieck schneidet andere, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 triangles intersect others, first near %2</source>
+        <translation>%1 Dreiecke schneiden andere, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>what fills holes intersects itself or the source, in %1 triangle, first near %2</source>
+        <translation>was Löcher füllt, schneidet sich selbst oder den Scan, in %1 Dreieck, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>what fills holes intersects itself or the source, in %1 triangles, first near %2</source>
+        <translation>was Löcher füllt, schneidet sich selbst oder den Scan, in %1 Dreiecken, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 triangle lies on others, or too near to tell apart, first near %2</source>
+        <translation>%1 Dreieck liegt auf anderen oder ihnen zu nah, um sie zu unterscheiden, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 triangles lie on others, or too near to tell apart, first near %2</source>
+        <translation>%1 Dreiecke liegen auf anderen oder ihnen zu nah, um sie zu unterscheiden, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 triangle has another over it that folds, first near %2</source>
+        <translation>%1 Dreieck hat ein anderes über sich, das sich faltet, zuerst bei %2</translation>
+    </message>
+    <message>
+        <source>%1 triangles have another over it that folds, first near %2</source>
+        <translation>%1 Dreiecke haben ein anderes über sich, das sich faltet, zuerst bei %2</translation>
     </message>
 </context>
 <context>

@@ -70,7 +70,7 @@ struct Fan {
 
 std::size_t separate_coincident_points(ClosedSource& source, double farthest) {
   constexpr double kGap = 0.1;                    // of the shortest edge: moves no face over another
-  constexpr double kLeastGap = 4 * kLeastHeight;  // lattice steps: two slabs of the least height on either side
+  constexpr double kLeastGap = 4 * kLeastHeight;  // lattice steps: two slabs of the least height, each on its own side
   constexpr double kRounding = 1;                 // lattice steps that snapping may add
   const std::vector<std::uint32_t> touched = find_coincident_points(source);
   struct Corner {
@@ -109,7 +109,7 @@ std::size_t separate_coincident_points(ClosedSource& source, double farthest) {
       int held = 0;
       for (const Fan& other : fans)
         if (&other != &fan) held += fan.holds(other);
-      const double by = std::min(farthest - kRounding, std::max(kLeastGap, kGap * fan.shortest));
+      const double by = std::max(kLeastGap, std::min(farthest - kRounding, kGap * fan.shortest));
       moved.emplace_back(fan.point, snap(at - fan.direction * (held > 0 ? -by : by)));
     }
   }

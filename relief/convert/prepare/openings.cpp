@@ -84,6 +84,10 @@ std::vector<std::size_t> loops_with(const std::vector<std::size_t>& patches, std
 
 }  // namespace
 
+std::size_t count_openings(const std::vector<std::size_t>& patches, std::span<const std::uint32_t> faces) {
+  return loops_with(patches, faces).size();
+}
+
 Openings::Openings(const TriangleMesh& mesh)
     : loops_(find_boundary_loops(mesh.positions.size(), mesh.triangles)), closings_(choose_closings(mesh, loops_)) {}
 

@@ -21,6 +21,10 @@ struct ClosedOpenings {
   Lattice lattice;
 };
 
+/// Returns how many openings have some of these faces, numbers in the source with its openings closed. `patches`: as in
+/// ClosedOpenings.
+[[nodiscard]] std::size_t count_openings(const std::vector<std::size_t>& patches, std::span<const std::uint32_t> faces);
+
 /// The boundary loops of an oriented manifold, and how each is closed. Patches come first. A box closes a loop whose
 /// patch would be about as large as the surface and close behind it, as with a height field. The mesh is given to each
 /// function: it may be paged out in between.

@@ -1,5 +1,6 @@
 #include <relief/base/triangle.h>
 #include <relief/convert/sample/distance.h>
+#include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/spread.h>
 #include <relief/convert/support/parallel.h>
 #include <relief/core/query.h>
@@ -21,6 +22,15 @@ constexpr std::size_t kPoints = 12000;
 constexpr int kReach = 2, kFarReach = 6;
 /// Barycentric weight by which a point may lie outside a slab that it is still compared with.
 constexpr double kBesides = 0.2;
+/// Barycentric weights of the middle of a micro-triangle, farthest from its samples.
+constexpr std::array<double, 3> kCentre = {1.0 / 3, 1.0 / 3, 1.0 / 3};
+/// Along a fibre, in its lengths.
+constexpr double kHalfWay = 0.5;
+/// Of a second difference of samples: how far a surface with a kink between them lies from the chord at most, which is
+/// where the kink is half way.
+constexpr double kOfBend = 0.25;
+/// Of the diagonal, ten times the usual error: what seems to lie farther off may be near another sheet.
+constexpr double kDoubtful = 10 * kUsualError;
 /// Slabs that a comparison with everything looks into, about.
 constexpr std::size_t kSearched = 32;
 
@@ -84,7 +94,7 @@ MeasuredSurface::Cell MeasuredSurface::BentCell::corners() const noexcept {
 }
 
 // Where the surface that the samples lie on has a kink inside a micro-triangle, the displacement bends at its corners,
-// and by a quarter of these second differences it is off at most.
+// and by kOfBend of these second differences it is off at most.
 void MeasuredSurface::find_bent(SlabId s, std::span<BentCell> bent) const {
   const SlabMesh& mesh = model_.slab_mesh();
   const int n = mesh.intervals(s);
@@ -127,7 +137,7 @@ void MeasuredSurface::find_bent(SlabId s, std::span<BentCell> bent) const {
     }
     const Vec3d fibre = corners.weighted(corners.outer, w) - corners.weighted(corners.inner, w);
     const double rise = std::abs(dot(normalized(cross(p[1] - p[0], p[2] - p[0])), fibre));
-    cells.emplace_back(0.25 * bend * rise * (rim ? wide : 1) / lattice_.step, cell);
+    cells.emplace_back(kOfBend * bend * rise * (rim ? wide : 1) / lattice_.step, cell);
   });
   const auto by_bend = [](const BentCell& a, const BentCell& b) {
     return std::tuple(-a.bend, a.at[0][1], a.at[0][0], a.at[1][1], a.at[1][0]) <
@@ -141,8 +151,8 @@ std::vector<MeasuredSurface::Place> MeasuredSurface::even_places() const {
   // As many points in a slab as its middle has of the area, each inside a micro-triangle.
   const auto twice_area = [&](SlabId s) {
     const SlabCorners c = mesh.corners(s);
-    const Vec3d a = c.point({1, 0, 0}, 0.5);
-    return length(cross(c.point({0, 1, 0}, 0.5) - a, c.point({0, 0, 1}, 0.5) - a));
+    const Vec3d a = c.point({1, 0, 0}, kHalfWay);
+    return length(cross(c.point({0, 1, 0}, kHalfWay) - a, c.point({0, 0, 1}, kHalfWay) - a));
   };
   double all = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) all += twice_area(s);
@@ -199,7 +209,7 @@ Measured MeasuredSurface::to(const SourceRays& other, Samples samples, const Pro
       if (cell.bend < farthest.distance) break;
       const Cell corners = cell.corners();
       const std::array<Vec3d, 3> p = positions(corners);
-      bool farther = look(corners, p, {1.0 / 3, 1.0 / 3, 1.0 / 3});
+      bool farther = look(corners, p, kCentre);
       for (std::size_t k = 0; k < 3; ++k) {
         std::array<double, 3> w = {0.5, 0.5, 0.5};
         w[k] = 0;
@@ -232,7 +242,7 @@ Measured MeasuredSurface::to(const SourceRays& other, Samples samples, const Pro
       if (cells.empty() ||
           distance(box.centre()) + 0.5 * diagonal(box) / lattice_.step <= std::max(found, farthest.distance))
         continue;
-      for (const Cell& cell : cells) look(cell, positions(cell), {1.0 / 3, 1.0 / 3, 1.0 / 3});
+      for (const Cell& cell : cells) look(cell, positions(cell), kCentre);
     }
   });
   result.distance = {root_mean_square(distances), greatest(result.slabs), places.size() + 4 * cells_};
@@ -272,7 +282,7 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   };
   look_outside(chosen, near, kMostOutside);
   // A point of one sheet may lie in a slab of another: what lies far off is compared with everything, too.
-  const double doubtful = 1e-3 * length(model_.slab_mesh().tree()[0].box.extent());
+  const double doubtful = kDoubtful * length(model_.slab_mesh().tree()[0].box.extent());
   for_all(near.size(), 64, progress, [&](std::size_t k) {
     double& most = near[k].most;
     if (near[k].slab != kNoSlab && most > doubtful) most = distance_at_most(chosen[k], most);

@@ -19,8 +19,23 @@ namespace {
 
 /// How far beyond its ends, in lengths of the fibre, a fibre looks for a surface that passes it by.
 constexpr double kBeyond = 0.5;
-/// A crossing this little outside the fibre is rounding of the fibre's ends.
+/// A crossing this little outside the fibre, in its lengths, is rounding of the fibre's ends.
 constexpr double kRounding = 1e-6;
+/// Lengths of the fibre: the surface differs by so much between neighbouring samples where it is steep, so no nearer
+/// crossing is preferred to the outermost.
+constexpr double kSteep = 0.1;
+/// Lengths of the fibre: a fill that no sample changes by more has settled. With the longest fibres, 0.2 of the
+/// diagonal, that is a fiftieth of the usual error.
+constexpr double kSettled = 1e-5;
+/// Sweeps over what is filled: each is as long as the last, so wide gaps stay a little short of settled.
+constexpr int kMostSweeps = 60;
+/// Where nothing around says more: half way along the fibre.
+constexpr float kHalfWay = 0.5F;
+/// Lengths of the fibre, each way from a sample: where it looks for the coloured source, before it takes the nearest
+/// place of all. A crossing farther off is that of another sheet.
+constexpr double kColourNear = 0.25;
+/// Of the progress that sampling shows: casting the fibres, the rest is what settles them.
+constexpr double kCast = 0.6;
 
 /// Returns the fibre of a sample.
 Line fibre_at(const SlabCorners& corners, const Lattice& lattice, GridPoint at, int n) noexcept {
@@ -219,7 +234,7 @@ std::optional<Crossing> outvoted(const Field& field, std::size_t k, const Sample
   if (votes < 2) return std::nullopt;
   const double mean = sum / votes;
   double nearest = std::abs(double(field.value(k)) - mean);
-  if (nearest < 0.1) return std::nullopt;
+  if (nearest < kSteep) return std::nullopt;
   Crossings crossings;
   cross(source, field.line(k), -kRounding, 1 + kRounding, crossings);
   std::optional<Crossing> chosen;
@@ -334,8 +349,8 @@ bool fill(Field& field, std::span<const std::size_t> unknown, const Progress& pr
     for (const std::uint32_t k : reached) known[k] = 1;
     std::swap(front, later);
   }
-  for (const std::uint32_t u : front) values[mine[u]] = 0.5F;
-  for (int sweep = 0; sweep < 60; ++sweep) {
+  for (const std::uint32_t u : front) values[mine[u]] = kHalfWay;
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     double change = 0;
     for (std::size_t step = 0; step < unknown.size(); ++step) {
       rest_after(step);
@@ -347,7 +362,7 @@ bool fill(Field& field, std::span<const std::size_t> unknown, const Progress& pr
       old = *value;
     }
     if (progress.cancelled()) return false;
-    if (change < 1e-5) break;
+    if (change < kSettled) break;
   }
   Resting written(field);
   for (std::size_t u = 0; u < unknown.size(); ++u) {
@@ -494,7 +509,7 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
     memory.scratch->rest(kept.met.size() + kept.is_void.size());
   });
   if (!cast) return {};
-  progress("sample", 0.6);
+  progress("sample", kCast);
   return sampled;
 }
 
@@ -565,7 +580,7 @@ bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const So
     numbers.for_each(s, [&](std::size_t, GridPoint p) {
       const Line line = fibre_at(corners, lattice, p, n);
       const double alpha = displacement_at(model, s, double(p.i) / n, double(p.j) / n);
-      source.cross(line.origin, line.direction, alpha - 0.25, alpha + 0.25, crossings);
+      source.cross(line.origin, line.direction, alpha - kColourNear, alpha + kColourNear, crossings);
       const Crossing* met = nullptr;
       for (const Crossing& c : crossings.all())
         if (met == nullptr || std::abs(c.t - alpha) < std::abs(met->t - alpha)) met = &c;

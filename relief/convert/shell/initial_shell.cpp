@@ -11,8 +11,19 @@ namespace relief::detail {
 namespace {
 
 constexpr double kLeastSeen = 0.02;  // visibility: fibres get no longer for less
+constexpr float kTall = 16;          // times the other fibres of its face: such a fibre gives way first
 
 }  // namespace
+
+unsigned corners_to_lower(const std::array<std::array<float, 2>, 3>& heights,
+                          const std::array<float, 3>& least) noexcept {
+  const auto length_of = [](const std::array<float, 2>& halves) { return halves[kInner] + halves[kOuter]; };
+  const float lowest = std::min({length_of(heights[0]), length_of(heights[1]), length_of(heights[2])});
+  unsigned corners = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (length_of(heights[k]) > kTall * lowest && std::ranges::max(heights[k]) > least[k]) corners |= 1U << k;
+  return corners;
+}
 
 bool InitialShell::update(std::span<const std::uint32_t> changed, std::span<const std::uint32_t> gone,
                           const Progress& progress) {
@@ -133,14 +144,13 @@ Box3d InitialShell::box(std::uint32_t f) const noexcept {
 }
 
 void InitialShell::test(std::uint32_t f, bool source_is_new) {
-  // At a needle or a knife edge it is short fibres that have no room beside the source: the others give way first.
-  constexpr float kTall = 16;  // times the other fibres of its face
   constexpr std::uint8_t kBothSides = (1U << kInner) | (1U << kOuter);
   const SlabShape mine(triangle(f, kInner), triangle(f, kOuter));
   const SourceTriangle own = source_.triangle(f);
   const auto adjacent = [&](std::uint32_t face, std::uint32_t other) {
     return share_a_corner(source_.faces[face], source_.faces[other]);
   };
+  // At a needle or a knife edge it is short fibres that have no room beside the source: the others give way first.
   const auto found = [&](std::uint32_t face, Side side) {
     float others = 0;
     for (const std::uint32_t v : source_.faces[face])
@@ -153,12 +163,12 @@ void InitialShell::test(std::uint32_t f, bool source_is_new) {
   // Beside a fibre that had to be very short a tall one prevails in all of a slab: where that one sees the back of a
   // triangle around the short one, it is the tall one that has to give way, not the source.
   const auto lower_the_tallest = [&](std::uint32_t face) {
-    const auto height_of = [&](std::uint32_t v) { return heights_[v][kInner] + heights_[v][kOuter]; };
-    const auto [low, high] = std::ranges::minmax(source_.faces[face], {}, height_of);
-    if (!may_shrink() || !(height_of(high) > kTall * height_of(low))) return false;
-    for (const std::uint32_t v : source_.faces[face])
-      if (height_of(v) > kTall * height_of(low))
-        std::atomic_ref(blamed_[v]).fetch_or(kBothSides, std::memory_order_relaxed);
+    const auto [a, b, c] = source_.faces[face];
+    const unsigned tall = corners_to_lower({heights_[a], heights_[b], heights_[c]}, {least_[a], least_[b], least_[c]});
+    if (!may_shrink() || tall == 0) return false;
+    for (std::size_t k = 0; k < 3; ++k)
+      if ((tall >> k & 1U) != 0)
+        std::atomic_ref(blamed_[source_.faces[face][k]]).fetch_or(kBothSides, std::memory_order_relaxed);
     std::atomic_ref(faulty_[face]).fetch_or(kFault, std::memory_order_relaxed);
     return true;
   };

@@ -22,6 +22,12 @@ namespace relief::detail {
 /// ends turns a fibre by, must be little of it.
 inline constexpr double kLeastHeight = 12;
 
+/// Returns a bit for each corner of a face whose fibre is to give way to the lowest one: it is more than 16 times as
+/// long and may still be shorter. `heights`: of the fibre halves by corner and Side; `least`: of these, by corner. All
+/// in lattice steps.
+[[nodiscard]] unsigned corners_to_lower(const std::array<std::array<float, 2>, 3>& heights,
+                                        const std::array<float, 3>& least) noexcept;
+
 /// The first shell: each fibre runs through its vertex in a direction that all faces there front, so C2, C7 and C6 of
 /// its own triangle hold by construction. Heights start at about the edges' lengths and halve where C1, C3, C4, C5 or
 /// C6 fail. Where the source changes, only that part is made again. Runs on all threads; the result does not depend on

@@ -4,11 +4,8 @@
 
 #include <relief/base/paged_memory.h>
 #include <relief/convert/convert.h>
-#include <relief/convert/obstacle_text.h>
-#include <relief/convert/report.h>
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
-#include <relief/convert/support/words.h>
 #include <relief/core/query.h>
 #include <relief/core/tessellate.h>
 #include <relief/mesh/import.h>
@@ -22,7 +19,6 @@
 #include <array>
 #include <atomic>
 #include <filesystem>
-#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -67,166 +63,6 @@ void expect_sound(const Result<Conversion>& result, const ConvertSettings& setti
 
 double single_share(const ConvertReport& report) { return double(report.hits_single) / double(report.fibres_cast); }
 
-TEST(Remedy, NamesWhatIsLeftToTry) {
-  EXPECT_EQ(remedy(Mode::Certified, false), "use --remesh or --mode tolerant");
-  EXPECT_EQ(remedy(Mode::Certified, true), "use --mode tolerant");
-  for (const bool is_remeshed : {false, true})
-    EXPECT_EQ(remedy(Mode::Tolerant, is_remeshed), "try more --slabs or a smaller --thickness");
-}
-
-TEST(Remedy, ARefusalForAnyObstacleHasAtMost25Words) {
-  using detail::DefectKind;
-  for (const DefectKind kind : {DefectKind::HighValence, DefectKind::SingularVertex, DefectKind::SelfIntersection,
-                                DefectKind::PatchIntersection, DefectKind::TooNear, DefectKind::Fold})
-    for (const std::size_t count : {1U, 12U}) {
-      ConvertReport report;
-      report.not_certified = detail::clause({.kind = kind, .place = {}, .count = count}) + ", first near " +
-                             detail::place({-13.8523, 13.4067, 2.18048});
-      const std::string said = detail::no_shell(report, {.mode = Mode::Certified}).error().message;
-      std::istringstream words(said);
-      const auto most = std::distance(std::istream_iterator<std::string>(words), {});
-      EXPECT_LE(most, 25) << said;
-      EXPECT_TRUE(said.contains("front") || said.contains("triangle")) << said;
-    }
-}
-
-TEST(Words, APlaceIsAsExactAsItsSurroundingsNeed) {
-  EXPECT_EQ(detail::place({16.8548, -47.8289, 17.5052}, 130), "(16.9, -47.8, 17.5)");
-  EXPECT_EQ(detail::place({0.0168548, -0.00004, 0}, 0.13), "(0.0169, 0, 0)");
-  EXPECT_EQ(detail::place({1234567.8, -47.8289, 1}, 1100), "(1234568, -48, 1)");
-}
-
-TEST(Verdict, TellsClayInTheUnitOfTheModel) {
-  ConvertReport report;
-  report.clay.below.thin_fibres = 0.031;
-  report.clay.below.least = 2.49041e-05;
-  report.clay.below.least_at = {16.8548, -47.8289, 17.5052};
-  const ModelInfo info{.mode = Mode::Certified, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 130};
-  const std::vector<std::string> notes = detail::notes_of(report, few(200), info, 1000);
-  const std::string clay = "tools find little clay: 3.1 % of the fibres have less than " +
-                           detail::rounded(130 * ClaySide::kThin) +
-                           " mm below the surface, the least 0.0032 mm near (16.9, -47.8, 17.5)";
-  EXPECT_NE(std::ranges::find(notes, clay), notes.end()) << (notes.empty() ? "" : notes.back());
-}
-
-TEST(Verdict, SaysTheModeTheDistanceAndWhatWasRemovedPatchedAndMoved) {
-  ConvertReport report;
-  report.fibres_cast = report.hits_single = 1'000'000;
-  report.to_source.max = 3e-4;
-  report.coverage.farthest = 2e-4;
-  ModelInfo info{.mode = Mode::Certified, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 300};
-  EXPECT_EQ(verdict(report, info), "Certified; within 0.09 mm of the scan; nothing was removed");
-  info.source_diagonal = 1.1e7;
-  EXPECT_EQ(verdict(report, info), "Certified; within 3300 mm of the scan; nothing was removed");
-  info = {.mode = Mode::Tolerant, .unit = Unit::Metre, .source = {}, .source_diagonal = 2};
-  report.coverage = {.share = 0.9, .farthest = 0.004, .missing_near = {1, 2, 3}};
-  report.parts.certified = 1;
-  report.strays = {.components = 1, .triangles = 1, .near = {7, 8, 9}, .away = 50};
-  report.replaced_triangles = 5;
-  report.replaced_widest = 0.01;
-  report.moved_vertices = 1;
-  report.moved_most = 0.001;
-  report.remesh = {.voxel = 0.02, .is_smooth = true};
-  EXPECT_EQ(verdict(report, info),
-            "Tolerant, as more than 0.5 % of what can be seen is missing; "
-            "within 0.008 m of the scan, but 10 % of what can be seen of it is missing, as near (1, 2, 3); "
-            "removed: 1 triangle far off, near (7, 8, 9); patched: 5 triangles, at most 0.02 m across, near (0, 0, 0); "
-            "1 vertex moved by at most 0.002 m; it stands on a solid rebuilt with voxels of 0.04 m, without sharp "
-            "edges");
-}
-
-TEST(Verdict, NamesTheReasonForTolerant) {
-  ConvertReport report;
-  report.slabs_asked = 60;
-  report.not_certified = detail::why_tolerant(report);
-  const ModelInfo info{.mode = Mode::Tolerant, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 300};
-  EXPECT_EQ(verdict(report, info),
-            "Tolerant, as no proof was found with 60 slabs; within 0 mm of the scan; nothing was removed");
-  report.parts.certified = 1;
-  report.coverage.beyond = report.to_source.max = 0.012;
-  EXPECT_EQ(verdict(report, info),
-            "Tolerant, as it stands on a surface 3.6 mm off the scan, more than 1 % of its diagonal; within "
-            "3.6 mm of the scan; nothing was removed");
-  report.coverage.share = 0.9;
-  EXPECT_TRUE(verdict(report, info)
-                  .starts_with("Tolerant, as more than 0.5 % of what can be seen is missing and it stands on a "
-                               "surface 3.6 mm off"))
-      << verdict(report, info);
-}
-
-std::string notes_with(const ConvertReport& report, const ConvertSettings& settings, Mode mode) {
-  const ModelInfo info{.mode = mode, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 200};
-  std::string all;
-  for (const std::string& note : detail::notes_of(report, settings, info, 1000)) all += note + "\n";
-  return all;
-}
-
-TEST(Verdict, DoesNotSayThatNothingWentWhereSomeIsMissing) {
-  ConvertReport report;
-  report.coverage.share = 0.64;
-  report.coverage.missing_near = {1, 2, 3};
-  const ModelInfo info{.mode = Mode::Tolerant, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 300};
-  const std::string said = verdict(report, info);
-  EXPECT_NE(said.find("36 % of what can be seen of it is missing"), std::string::npos) << said;
-  EXPECT_EQ(said.find("nothing was removed"), std::string::npos) << said;
-}
-
-TEST(Notes, TheUsualErrorIsNotMissedInSilence) {
-  ConvertReport report;
-  report.slabs = report.slabs_asked = 200;
-  report.error = 1e-4;
-  report.slabs_too_coarse = 150;
-  report.too_coarse_most = 5e-3;
-  EXPECT_NE(notes_with(report, few(200, 0), Mode::Certified)
-                .find("the usual error of 0.0001 of the diagonal, 0.02 mm, is not kept in 150 of 200 slabs: between "
-                      "samples their surface lies up to 1 mm off; more --slabs bring it nearer"),
-            std::string::npos);
-  report.error_asked = true;
-  const std::string asked = notes_with(report, few(200, 0), Mode::Certified);
-  EXPECT_NE(asked.find("--error 0.0001, 0.02 mm, is not kept in 150 of 200 slabs"), std::string::npos) << asked;
-  // Slabs as small as the source's triangles cannot be more.
-  report.slabs = 1000;
-  report.slabs_asked = 2000;
-  const std::string finest = notes_with(report, few(2000, 0), Mode::Certified);
-  EXPECT_EQ(finest.find("more --slabs"), std::string::npos) << finest;
-  EXPECT_EQ(to_string(report).find("--slabs"), std::string::npos) << to_string(report);
-}
-
-TEST(Notes, ATolerantResultThatNobodyAskedForNamesARemedy) {
-  ConvertReport report;
-  EXPECT_NE(notes_with(report, few(200, 0), Mode::Tolerant).find("--remesh, which"), std::string::npos);
-  report.remesh = {.voxel = 0.01};
-  EXPECT_NE(notes_with(report, few(200, 0), Mode::Tolerant).find("--remesh 0.02"), std::string::npos);
-  report.coverage.share = 0.9;
-  EXPECT_NE(notes_with(report, few(200, 0), Mode::Tolerant).find("--remesh 0.005"), std::string::npos);
-  EXPECT_EQ(notes_with(report, few(200, 0), Mode::Certified).find("--remesh 0."), std::string::npos);
-  ConvertSettings tolerant = few(200, 0);
-  tolerant.mode = Mode::Tolerant;
-  EXPECT_EQ(notes_with(report, tolerant, Mode::Tolerant).find("--remesh 0."), std::string::npos);
-}
-
-TEST(Notes, SheetsAlongEachOtherNameARemeshUnlessItWasDone) {
-  ConvertReport report;
-  report.repair.corners_on_edges = 1;
-  EXPECT_NE(notes_with(report, few(200, 0), Mode::Certified).find("--remesh joins them"), std::string::npos);
-  EXPECT_EQ(to_string(report.repair).find("--remesh"), std::string::npos);
-  report.remesh = {.voxel = 0.01};
-  EXPECT_EQ(notes_with(report, few(200, 0), Mode::Certified).find("--remesh joins them"), std::string::npos);
-}
-
-TEST(ToString, OneOfAThingIsSaidAsOne) {
-  ConvertReport report;
-  report.remesh = {.voxel = 0.01, .sheets = 1, .crumbs = 1};
-  report.skin = ConvertReport::Skin{.repaired = 1};
-  report.moved_vertices = report.replaced_triangles = report.parted_vertices = 1;
-  report.source_triangles = report.slabs = 1;
-  const std::string said = to_string(report);
-  for (const char* many : {"1 parts", "1 points", "1 triangles", "1 slabs", "1 vertices", "1 source vertices"})
-    EXPECT_EQ(said.find(many), std::string::npos) << said;
-  EXPECT_NE(said.find("1 part that closes nothing off became a sheet"), std::string::npos) << said;
-  EXPECT_NE(said.find("1 part of a few voxels was left out"), std::string::npos) << said;
-}
-
 // An edge, and a corner, that two cubes have in common.
 TEST(Convert, CubesThatTouchMoveByATenthOfTheUsualErrorAtMost) {
   for (const Vec3d by : {Vec3d{1, 1, 0}, Vec3d{1, 1, 1}}) {
@@ -257,6 +93,21 @@ TEST(Convert, AnOpenSheetInsideABallIsTold) {
             std::string::npos)
       << said;
   EXPECT_EQ(said.find("left open"), std::string::npos) << said;
+}
+
+// A pipe of which one end is sunk in a block and the other, which stays open, is cut in two by a plate.
+TEST(Convert, AnOpeningThatIsCutInTwoIsOneStill) {
+  TriangleMesh mesh = testing::box({1, 1, 3});
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const auto z = [&](std::size_t k) { return mesh.positions[t[k]].z; };
+    return z(0) == z(1) && z(1) == z(2);
+  });
+  append(mesh, testing::box({3, 3, 1}), {-1, -1, -0.5});
+  append(mesh, testing::box({0.2, 3, 1}), {0.4, -1, 2.5});
+  const auto made = convert(mesh, few(100, 8));
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_EQ(made->report.closed_openings, 1U);
+  EXPECT_GT(made->report.phantom_triangles, 1U);
 }
 
 TEST(Convert, AStrayTriangleSetsNoScale) {

@@ -17,6 +17,8 @@
 #include <QRegularExpression>
 #include <QTemporaryDir>
 #include <QXmlStreamReader>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace relief::studio {
@@ -136,6 +138,27 @@ TEST_F(Language, NotesOfFilesAreTold) {
   EXPECT_EQ(note_text("3 words of 'nobody' at (1, -2.5, 3e-7)"), "3 words of 'nobody' at (1, -2.5, 3e-7)");
   use_language(*qApp, QStringLiteral("en"));
   EXPECT_EQ(notes_of("a.obj", obj), "material library '50%1.mtl' cannot be read; its colours are missing");
+}
+
+/// All notes of conversions, with one and with several of each thing: report_test holds the file against them.
+std::vector<std::string> notes_of_conversions() {
+  std::ifstream file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/notes_of_conversions.txt");
+  std::vector<std::string> all;
+  for (std::string note; std::getline(file, note);) all.push_back(note);
+  EXPECT_GT(all.size(), 30U);
+  return all;
+}
+
+TEST_F(Language, NotesOfConversionsAreTranslated) {
+  static const QRegularExpression english(QStringLiteral("\\b(the|of|near|is|were|has|have|triangles?|slabs?)\\b"));
+  use_language(*qApp, QStringLiteral("de"));
+  for (const std::string& note : notes_of_conversions()) {
+    EXPECT_FALSE(english.match(note_text(note)).hasMatch()) << note << "\n" << note_text(note).toStdString();
+  }
+  EXPECT_EQ(note_text("the source was rebuilt as a solid with voxels of 0.02 of the diagonal: what nobody knows"),
+            "Der Scan wurde als Körper aus Voxeln von 0.02 der Diagonale neu gebaut: what nobody knows");
+  use_language(*qApp, QStringLiteral("en"));
+  for (const std::string& note : notes_of_conversions()) EXPECT_EQ(note_text(note).toStdString(), note);
 }
 
 TEST_F(Language, NumbersAgree) {

@@ -4,6 +4,7 @@
 #include "support/blocks.h"
 
 #include <relief/convert/prepare/coincident_points.h>
+#include <relief/convert/shell/initial_shell.h>
 #include <relief/mesh/repair.h>
 
 #include <gtest/gtest.h>
@@ -75,6 +76,14 @@ TEST(CoincidentPoints, GoOutOfTheSolidThatTheOthersLieIn) {
     // Each into its own box.
     const Vec3d into = first ? by * -1.0 : by;
     EXPECT_GT(std::min({into.x, into.y, into.z}), 0);
+  }
+  // On a lattice that is coarse beside the solids, what is allowed would not do for two slabs.
+  for (const double farthest : {0.5, 1.0, 20.0}) {
+    SCOPED_TRACE(farthest);
+    ClosedSource coarse = given;
+    EXPECT_EQ(separate_coincident_points(coarse, farthest), 2U);
+    EXPECT_GT(coarse.points[8].x - coarse.points[7].x, 4 * kLeastHeight);
+    EXPECT_LE(length(to_double(coarse.points[8] - given.points[8])), 4 * kLeastHeight + 1);
   }
   ClosedSource apart = testing::closed_source(testing::ball(8));
   EXPECT_EQ(separate_coincident_points(apart, 1e4), 0U);

@@ -624,10 +624,12 @@ TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
   EXPECT_TRUE(validate(after));
   ASSERT_TRUE(after.has(Layer::Mask));
   ASSERT_TRUE(after.has(Layer::Void)) << "the opening is one still";
+  constexpr int kAcross = 10;
   std::size_t holes = 0, looked = 0;
   for (SlabId s = 0; s < after.slab_mesh().slab_count(); ++s)
-    for (const double u : {0.1, 0.3, 0.6})
-      for (const double v : {0.1, 0.35}) {
+    for (int i = 0; i < kAcross; ++i)
+      for (int j = 0; i + j < kAcross; ++j) {
+        const double u = (i + 0.3) / kAcross, v = (j + 0.3) / kAcross;
         const SurfacePoint p = surface_point(after, s, u, v);
         const double from = length(p.position - rim) / diagonal;
         if (from < 0.06) {
@@ -639,8 +641,8 @@ TEST(Refine, NewSlabsKeepOpeningsAndLayers) {
           ++looked;
         }
       }
-  std::printf("%zu places in the opening, %zu outside\n", holes, looked);
-  EXPECT_GT(looked, 300U);
+  EXPECT_GT(holes, 20U);
+  EXPECT_GT(looked, 4000U);
 }
 
 // Leaning fibres and large slabs: what is not told is reached.

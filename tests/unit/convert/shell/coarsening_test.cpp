@@ -1,5 +1,4 @@
 #include <relief/convert/shell/coarsening.h>
-#include <relief/convert/shell/partition.h>
 
 #include <gtest/gtest.h>
 #include <unit/convert/shell/shell_support.h>
@@ -108,22 +107,6 @@ TEST(Coarsening, StopsWhenItIsCancelled) {
   EXPECT_FALSE(coarsening.sweep(10, cancelled));
   EXPECT_FALSE(coarsening.reduce(10, cancelled));
   EXPECT_FALSE(coarsening.thicken(thin.longest, cancelled));
-}
-
-// Large enough for several cells.
-TEST(Partition, ReducesInCellsAndKeepsAllConditions) {
-  const ThinShell thin(testing::ball(140, 0.02));
-  ASSERT_GT(thin.source.faces.size(), 60000U);
-  Partition partition(thin.source, std::vector<Ends>(thin.ends), tree_of_slabs(thin), 100, thin.longest);
-  ASSERT_TRUE(partition.reduce({}));
-  EXPECT_LE(partition.slab_count(), 100U);
-  const Shell shell = std::move(partition).shell();
-  EXPECT_EQ(shell.faces.size(), shell.ends[kInner].size() * 2 - 4);
-  ShellDraft draft;
-  draft.faces = shell.faces;
-  for (std::size_t v = 0; v < shell.ends[kInner].size(); ++v)
-    draft.ends.push_back({shell.ends[kInner][v], shell.ends[kOuter][v]});
-  expect_certified(draft, thin.source);
 }
 
 }  // namespace

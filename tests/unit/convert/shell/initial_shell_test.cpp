@@ -57,6 +57,19 @@ TEST(InitialShell, NamesTheFacesThatMeet) {
   EXPECT_LT(thin.faults().size(), source.faces.size() / 2);
 }
 
+// A face with a tall fibre that cannot be lower is no fault of the shell: another triangle folds in it for good.
+TEST(InitialShell, LowersTallFibresOnlyWhileTheyMayBeLower) {
+  constexpr auto kLeast = float(kLeastHeight);
+  const auto corners = [&](float tall, float least) {
+    return corners_to_lower({{{kLeast, kLeast}, {tall, tall}, {2 * kLeast, kLeast}}}, {kLeast, least, kLeast});
+  };
+  EXPECT_EQ(corners(20 * kLeast, kLeast), 0b010U);
+  EXPECT_EQ(corners(20 * kLeast, 19 * kLeast), 0b010U);
+  EXPECT_EQ(corners(20 * kLeast, 20 * kLeast), 0U);
+  EXPECT_EQ(corners(16 * kLeast, kLeast), 0U);
+  EXPECT_EQ(corners_to_lower({{{30, 30}, {1, 0}, {8, 9}}}, {30, 0, 8}), 0b100U);
+}
+
 TEST(InitialShell, MadeAnewWhereTheSourceHasChangedIsAsSound) {
   const LatticeMesh mesh(testing::ball(16));
   SourceIndex source(mesh.points, mesh.faces);

@@ -1,6 +1,7 @@
 // The outer skin is judged by closed forms, and by brute force: whether points lie in any of the solids that were put
 // together, and each face of the skin against each.
 #include "../shapes.h"
+#include "skin_support.h"
 
 #include <relief/convert/certified_shell.h>
 #include <relief/convert/geometry/exact_point.h>
@@ -25,29 +26,10 @@ namespace {
 
 using ::relief::testing::append;
 
-/// Sound parts as they are, in lattice coordinates.
-ClosedSource source_of(const TriangleMesh& mesh) {
-  ClosedSource source;
-  for (const Vec3d p : mesh.positions) source.points.push_back(snap(p));
-  source.faces = mesh.triangles;
-  source.patch.assign(source.faces.size(), 0);
-  source.phantom = source.patch;
-  return source;
-}
-
-TriangleMesh box_at(Vec3d low, Vec3d size) { return ::relief::testing::scaled(::relief::testing::box(size), 1, low); }
-
 OuterSkin skin_of(const ClosedSource& source) {
   auto skin = outer_skin(source, {});
   EXPECT_TRUE(skin.has_value());
   return std::move(*skin);
-}
-
-double volume(const ClosedSource& s) {
-  double sum = 0;
-  for (const Face& f : s.faces)
-    sum += dot(to_double(s.points[f[0]]), cross(to_double(s.points[f[1]]), to_double(s.points[f[2]]))) / 6;
-  return sum;
 }
 
 double area(const ClosedSource& s) {
@@ -91,17 +73,6 @@ std::size_t crossings(const ClosedSource& s) {
     }
   }
   return count;
-}
-
-/// How often the faces wind around a point, by the sum of the solid angles [Van Oosterom, Strackee 1983].
-double winding(const ClosedSource& s, Vec3d p) {
-  double sum = 0;
-  for (const Face& f : s.faces) {
-    const Vec3d a = to_double(s.points[f[0]]) - p, b = to_double(s.points[f[1]]) - p, c = to_double(s.points[f[2]]) - p;
-    const double la = length(a), lb = length(b), lc = length(c);
-    sum += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
-  }
-  return sum / (4 * std::numbers::pi);
 }
 
 /// The skin winds once around the points that the given faces wind around more than half a time, and around no others.
@@ -205,26 +176,6 @@ TEST(OuterSkin, OfBoxesThroughOneCorner) {
   ASSERT_EQ(skin.fault, OuterSkin::Fault::None);
   expect_manifold(skin.source);
   EXPECT_DOUBLE_EQ(volume(skin.source), 4e9);
-}
-
-TriangleMesh soup(std::uint32_t seed, std::size_t count, int coarse) {
-  std::mt19937 random(seed);
-  std::uniform_int_distribution<int> place(100, 100 + coarse), size(coarse / 20 + 1, coarse / 3 + 1);
-  TriangleMesh all;
-  const double unit = 1e6 / coarse;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vec3d low{double(place(random)), double(place(random)), double(place(random))};
-    if (k % 2 == 0) {
-      append(all, box_at(low * unit, Vec3d{double(size(random)), double(size(random)), double(size(random))} * unit));
-      continue;
-    }
-    TriangleMesh t = ::relief::testing::tetrahedron();
-    for (Vec3d& p : t.positions)
-      p = (low + Vec3d{double(size(random)), double(size(random)), double(size(random))}) * unit;
-    if (volume(source_of(t)) < 0) t = ::relief::testing::turned(t);
-    if (volume(source_of(t)) != 0) append(all, t);
-  }
-  return all;
 }
 
 TEST(OuterSkin, OfSoups) {

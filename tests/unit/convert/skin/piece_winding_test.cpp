@@ -1,0 +1,95 @@
+// Counted windings are judged by sums of solid angles.
+#include "skin_support.h"
+
+#include <relief/convert/skin/piece_winding.h>
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace relief::detail {
+namespace {
+
+struct Wound {
+  ClosedSource source;
+  FaceArrangement made;
+  PieceWinding winding;
+
+  explicit Wound(const TriangleMesh& mesh) : source(source_of(mesh)) {
+    const FaceTree tree(source.points, source.faces);
+    made = *arrange(source.points, source.faces, find_meetings(tree, {}), {});
+    auto found = find_winding(made, tree, {});
+    EXPECT_TRUE(found);
+    winding = std::move(*found);
+  }
+  /// What the faces wind around, half a step off the middle of a piece.
+  [[nodiscard]] double wound_beside(const Piece& piece, int side) const {
+    const Vec3d a = made.approximate(piece.corners[0]), b = made.approximate(piece.corners[1]),
+                c = made.approximate(piece.corners[2]);
+    const double off = side == 0 ? 0.5 : -0.5;
+    return ::relief::detail::winding(source, (a + b + c) / 3.0 + normalized(cross(b - a, c - a)) * off);
+  }
+};
+
+void expect_counted(const Wound& all) {
+  EXPECT_EQ(all.winding.undecided, 0U);
+  EXPECT_EQ(all.winding.open, 0U);
+  ASSERT_EQ(all.winding.in_front.size(), all.made.pieces.size());
+  std::size_t wide = 0;
+  for (std::size_t p = 0; p < all.made.pieces.size(); ++p) {
+    const Piece& piece = all.made.pieces[p];
+    const Vec3d a = all.made.approximate(piece.corners[0]), b = all.made.approximate(piece.corners[1]),
+                c = all.made.approximate(piece.corners[2]);
+    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+    if (length(cross(b - a, c - a)) < 1000 * longest) continue;  // another face may lie within half a step
+    ++wide;
+    EXPECT_NEAR(all.wound_beside(piece, 0), all.winding.in_front[p], 0.01) << p;
+    EXPECT_NEAR(all.wound_beside(piece, 1), all.winding.in_front[p] + piece.sheets, 0.01) << p;
+    EXPECT_EQ(all.winding.is_in_solid(piece, p, 0), all.wound_beside(piece, 0) > 0.5);
+    EXPECT_EQ(all.winding.is_in_solid(piece, p, 1), all.wound_beside(piece, 1) > 0.5);
+  }
+  EXPECT_GT(wide, all.made.pieces.size() / 2);
+}
+
+TEST(PieceWinding, CountsWhatLiesInEachOther) {
+  TriangleMesh nested;
+  for (const double inset : {0.0, 1000.0, 2000.0, 3000.0})
+    ::relief::testing::append(nested, box_at(Vec3d{1, 1, 1} * (1e4 + inset), Vec3d{1, 1, 1} * (1e4 - 2 * inset)));
+  ::relief::testing::append(nested, ::relief::testing::turned(box_at({14000, 14000, 14000}, {500, 600, 700})));
+  const Wound all(nested);
+  expect_counted(all);
+  EXPECT_EQ(all.winding.in_front[0], 0);
+  EXPECT_EQ(all.winding.in_front[36], 3);
+  EXPECT_EQ(all.winding.in_front[48], 3) << "looks into a cavity";
+}
+
+TEST(PieceWinding, CountsSoups) {
+  for (const int grid : {12, 1'000'000})
+    for (std::uint32_t seed = 0; seed < 6; ++seed) {
+      SCOPED_TRACE(seed);
+      expect_counted(Wound(soup(seed, 14, grid)));
+    }
+}
+
+TEST(PieceWinding, SidesBoundTheSameSpace) {
+  const Wound all(soup(3, 14, 12));
+  const std::vector<std::uint32_t>& across = all.winding.across;
+  const auto wound = [&](std::uint32_t side) {
+    const Piece& piece = all.made.pieces[side / 6];
+    return all.winding.in_front[side / 6] + (side % 2 == 1 ? piece.sheets : 0);
+  };
+  for (std::uint32_t side = 0; side < across.size(); ++side) {
+    ASSERT_NE(across[side], kNone);
+    EXPECT_EQ(across[across[side]], side);
+    EXPECT_EQ(wound(across[side]), wound(side));
+  }
+}
+
+TEST(PieceWinding, CountsTheHalfEdgesOfARim) {
+  TriangleMesh mesh = box_at({1000, 1000, 1000}, {3000, 2000, 1000});
+  mesh.triangles.pop_back();
+  EXPECT_EQ(Wound(mesh).winding.open, 3U);
+}
+
+}  // namespace
+}  // namespace relief::detail
