@@ -1,10 +1,14 @@
 #include <relief/core/near_surface.h>
 
+#include <span>
+
 namespace relief {
 
 namespace {
 // In the time of a sample that is placed: what it takes to enter a slab, and how many boxes are asked about.
 constexpr int kSlabWork = 8, kBoxes = 4;
+// Likewise, beyond what samples may take, after which the boxes of the tree bound the distance: many are equally near.
+constexpr int kMostSearched = 600;
 
 // What rounding may do to a distance: of the distance, and of the model's largest coordinate.
 constexpr double kOfDistance = 1e-10, kOfCoordinates = 1e-14;
@@ -142,10 +146,18 @@ double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough,
     return reach <= enough;
   };
   const bool known = first < surface.mesh().slab_count() && distance2(surface.mesh().box(first)) < reach2;
-  if (!(known && search(first)))
-    surface.mesh().visit_nearest(distance2, reach2, [&](SlabId s) {
-      return !(known && s == first) && surface_box(surface.model(), s).distance2(point) < reach2 && search(s);
-    });
+  if (!(known && search(first))) {
+    SlabMesh::Visited at;
+    const bool stopped = surface.mesh().visit_nearest(
+        distance2, reach2,
+        [&](SlabId s) {
+          if (surface.placed() + boxes / kBoxes > most + kMostSearched) return true;
+          return !(known && s == first) && surface_box(surface.model(), s).distance2(point) < reach2 && search(s);
+        },
+        at);
+    if (stopped && reach > enough)
+      for (const auto& ahead : std::span(at.ahead).first(at.count)) reach = std::min(reach, std::sqrt(ahead.distance));
+  }
   surface.add_placed(boxes / kBoxes);
   return reach * (1 - 1e-9);
 }

@@ -671,9 +671,9 @@ void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach
 
 inline constexpr int kAnyWork = 1 << 30;
 /// Returns a lower bound of the distance to the surface, at most `reach`, tight within a factor of two. It stops
-/// refining at `enough`, or after `work` samples. `nearest`: the slab to begin with, and on return a good one for a
-/// place near by. Cost: the slabs whose boxes are as near, a few squares each; more where many squares are as near as
-/// `enough`.
+/// refining at `enough`, or after `work` samples, and is not tight where thousands of boxes are equally near then.
+/// `nearest`: the slab to begin with, and on return a good one for a place near by. Cost: the slabs whose boxes are as
+/// near, a few squares each; more where many squares are as near as `enough`.
 [[nodiscard]] double clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach, SlabId& nearest,
                                   int work = kAnyWork) noexcept;
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -450,33 +451,55 @@ class SlabMesh {
   bool visit_tree(Accept&& accept, Visit&& visit) const {
     return visit_roots(accept, [&](SlabId root) { return visit_parts(root, accept, visit); });
   }
+  /// Where a visit_nearest() has got to, from the root on.
+  struct Visited {
+    struct Entry {
+      std::uint32_t node = 0;
+      double distance = 0;
+    };
+    std::array<Entry, 64> ahead;  ///< holds what was not yet visited; the last comes next
+    std::size_t count = 1;
+    std::uint32_t root = 0;  ///< of the next node, if that is a leaf: its roots before this one are done
+    SlabId slab = kNoSlab;   ///< where it stopped in that root; kNoSlab: not in it
+  };
   /// Returns the same for those whose boxes have a distance(box) of at most `reach`, which visit may lower: of two
   /// nodes, or of four parts, the nearer first.
   template <typename Distance, typename Visit>
   bool visit_nearest(Distance&& distance, const double& reach, Visit&& visit) const {
-    struct Entry {
-      std::uint32_t node;
-      double distance;
+    Visited at;
+    at.ahead[0].distance = distance(tree_[0].box);
+    return visit_nearest(distance, reach, visit, at);
+  }
+  /// Goes on from there, with the same distances and a reach that is no longer, and says where it stopped; the slab for
+  /// which visit returned true comes again.
+  template <typename Distance, typename Visit>
+  bool visit_nearest(Distance&& distance, const double& reach, Visit&& visit, Visited& at) const {
+    double limit = 0;  // what comes before the slab at which it stopped is only passed over
+    const auto go_on = [&](SlabId s) {
+      if (at.slab != kNoSlab && at.slab != s) return false;
+      at.slab = visit(s) ? s : kNoSlab;
+      limit = reach;
+      return at.slab != kNoSlab;
     };
-    std::array<Entry, 64> stack;
-    std::size_t depth = 0;
-    stack[depth++] = {0, distance(tree_[0].box)};
-    while (depth > 0) {
-      const Entry at = stack[--depth];
-      if (!(at.distance <= reach)) continue;
-      const Node& node = tree_[at.node];
-      if (node.count == 0) {
-        Entry near = {at.node + 1, distance(tree_[at.node + 1].box)};
-        Entry far = {node.first, distance(tree_[node.first].box)};
-        if (far.distance < near.distance) std::swap(near, far);
-        if (far.distance <= reach) stack[depth++] = far;
-        if (near.distance <= reach) stack[depth++] = near;
-        continue;
+    while (at.count > 0) {
+      const Visited::Entry next = at.ahead[at.count - 1];
+      const Node& node = tree_[next.node];
+      if (next.distance <= reach && node.count > 0) {
+        for (; at.root < node.count; ++at.root, at.slab = kNoSlab) {
+          const SlabId root = tree_roots_[node.first + at.root];
+          limit = at.slab == kNoSlab ? reach : std::numeric_limits<double>::infinity();
+          if (distance(part_boxes_[root]) <= reach && visit_nearest_parts(root, distance, limit, go_on)) return true;
+        }
       }
-      for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId root = tree_roots_[node.first + k];
-        if (distance(part_boxes_[root]) <= reach && visit_nearest_parts(root, distance, reach, visit)) return true;
-      }
+      --at.count;
+      at.root = 0;
+      at.slab = kNoSlab;
+      if (!(next.distance <= reach) || node.count > 0) continue;
+      Visited::Entry near = {next.node + 1, distance(tree_[next.node + 1].box)};
+      Visited::Entry far = {node.first, distance(tree_[node.first].box)};
+      if (far.distance < near.distance) std::swap(near, far);
+      if (far.distance <= reach) at.ahead[at.count++] = far;
+      if (near.distance <= reach) at.ahead[at.count++] = near;
     }
     return false;
   }

@@ -49,6 +49,18 @@ inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double in
                      n, inner, outer, centre);
 }
 
+/// The same as a hollow: the outer side shows inward, and displacement 0.5 lies 1 from the middle, or as much nearer as
+/// the facets are flat.
+inline std::shared_ptr<const SlabMesh> hollow_shell(int levels, int n) {
+  const auto round = sphere_shell(levels, n, 0.98, 1.02);
+  std::vector<Fibre> fibres;
+  for (const Fibre& f : round->fibres()) fibres.push_back({f.outer, f.inner});
+  std::vector<SlabMesh::Face> slabs;
+  for (const Slab& s : round->slabs()) slabs.push_back({{s.fibres[0], s.fibres[2], s.fibres[1]}, n});
+  auto mesh = SlabMesh::make(std::move(fibres), slabs);
+  return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
 /// An icosahedron made round: 20 * 4^levels slabs of nearly one size.
 inline std::shared_ptr<const SlabMesh> icosphere_shell(int levels, int n, double inner = 0.8, double outer = 1.2) {
   const double g = (1 + std::sqrt(5.0)) / 2;

@@ -27,7 +27,7 @@ constexpr int kWork = 480;
 constexpr int kTriangleWork = 2;  // work units of a near triangle
 constexpr int kStepWork = 8;      // work units of a step beside its query
 constexpr int kMostWaits = 2;     // ticks in which the ball may be late, or left where it is, for want of time to see;
-constexpr int kMostDoubled = 3;   // each that follows may take twice as much; a late ball's, so many times
+constexpr int kMostDoubled = 3;   // each that follows may take twice as much, so many times
 constexpr int kMostWork = kWork << kMostDoubled;  // and where the model has changed
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -150,6 +150,16 @@ struct Walls {
   std::size_t count_ = 0;
 };
 
+/// A place that a ball has tried from another, and there was no time to see whether it may go there.
+struct PutOff {
+  Vec3d from, to;  ///< equal: there is none
+
+  /// Returns whether it still leads from that place nearer to a goal, and no farther than `reach`.
+  [[nodiscard]] bool leads(Vec3d place, Vec3d goal, double reach) const noexcept {
+    return from == place && length(to - from) <= reach && length(goal - to) < length(goal - from);
+  }
+};
+
 /// Holds what a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = std::size_t{3} * kMost;  // what is here, the walls, and what bars a try
@@ -157,6 +167,7 @@ struct Room {
   Patches patches;
   Stops stops;
   Walls walls;
+  PutOff put_off;
   int look_work = 0;         ///< what the last look took at what is known
   int waits = 0;             ///< for so many ticks it was left where it was, and the list went on in none of them
   SlabId nearest = kNoSlab;  ///< where to look first in free space
@@ -170,6 +181,7 @@ struct Room {
     patches.forget();
     stops.forget();
     walls.forget();
+    put_off = {};
     look_work = waits = 0;
     nearest = kNoSlab;
     known = false;
@@ -194,7 +206,7 @@ class Mover {
     if (!room.known)
       cut_ = blind_ = !look_at(centre_, radius + far, *here_, work);
     else if (far > 0)
-      look_far(radius + far, work);
+      look_far(radius + far);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
@@ -206,6 +218,8 @@ class Mover {
       ++room_.waits;
   }
 
+  /// Returns whether there was no time to see what is around it.
+  [[nodiscard]] bool blind() const noexcept { return blind_; }
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
   [[nodiscard]] Vec3d within() const noexcept { return within_; }
   [[nodiscard]] const Around& around() const noexcept { return *here_; }
@@ -276,7 +290,13 @@ class Mover {
       if (short_of) longest = reach;
       if (wanted > longest) *step *= longest / wanted;
       if (pushed) share_ = std::min(1.0, longest / wanted);
-      const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
+      Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
+      double far = std::min(wanted, longest);
+      if (const PutOff last = std::exchange(room_.put_off, {}); goes && within && last.leads(centre_, goal, reach)) {
+        next = last.to;
+        *step = next - centre_;
+        far = length(*step);
+      }
       // What takes too long waits for the next tick. One query is always made, so that each tick knows more than the
       // last.
       const int most = !arrived || within ? work : ahead;
@@ -292,13 +312,14 @@ class Mover {
         stride = std::max(0.5 * stride, kSkin * radius_);
         if (share_ == 0 && centre_ == start_) room_.walls.keep(centre_, found_bars(), stride);
       }
+      if (way.cut && !barred && goes) room_.put_off = {centre_, next};
       if (way.cut) break;
       if (barred) continue;
       arrive(next);
       arrived = true;
       if (within) within_ = next;
-      if (slides) way.slid += std::min(wanted, longest);
-      if (goes) reach -= std::min(wanted, longest);
+      if (slides) way.slid += far;
+      if (goes) reach -= far;
       if (!short_of && !pushed) rest = std::max(rest, kEnough * wanted);
       way.settled = next == goal;
       if (way.settled) break;
@@ -339,14 +360,13 @@ class Mover {
     ++searches_;
     const double near = this->near();
     found.count = 0;
-    if (!known(at, near)) {
-      if (far > near) {
+    if (!room_.list.covers(at, near)) {
+      if (far > near && !room_.list.is_begun_at(at)) {
         found.nearest = clear_up_to(at, far);
         if (found.nearest > near) return true;
       }
       if (!learn(at, most)) return false;
     }
-    Neighbourhood* const list = known(at, near);
     const int placed = surface_.placed();
     const std::uint32_t made = room_.patches.work();
     double reach2 = near * near;
@@ -356,35 +376,27 @@ class Mover {
       found.add(t, reach2);
       if (bar(t) && ++barring == kMost) reach2 = 0;
     };
-    bool finished = true;
-    if (list)
-      finished = list->visit_near(surface_, room_.patches, at, reach2, most, add);
-    else
-      visit_near(surface_, at, kFlat * radius_, reach2, add);
+    const bool finished = room_.list.visit_near(surface_, room_.patches, at, reach2, most, add);
     room_.look_work = surface_.placed() - placed - static_cast<int>(room_.patches.work() - made);
     found.nearest = near;
     if (found.count > 0) {
       const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
       found.nearest = std::sqrt(*std::ranges::min_element(all));
-    } else if (list && far > near) {
-      found.nearest = std::max(near, list->clear_around(at, std::min(far, list->reach_at(at))));
+    } else if (far > near) {
+      found.nearest = clear_in_list(at, far);
     }
     return finished;
   }
-  /// Up to which distance there is nothing around the ball but what is known, at most `far`; as look_at().
-  void look_far(double far, int most) noexcept {
+  /// Up to which distance there is nothing around the ball, at most `far`, as far as that is found without the list.
+  void look_far(double far) noexcept {
     ++searches_;
     if (here_->count > 0 || far <= near()) return;
-    if (!known(centre_, near())) {
-      const double clear = clear_up_to(centre_, far);
-      if (clear > near()) {
-        here_->nearest = clear;
-        return;
-      }
-      if (!learn(centre_, most)) return;
-    }
-    if (const Neighbourhood* const list = known(centre_, near()))
-      here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
+    const bool covered = room_.list.covers(centre_, near());
+    here_->nearest = covered ? clear_in_list(centre_, far) : std::max(near(), clear_up_to(centre_, far));
+  }
+  /// Returns how far there is nothing around a place that the list covers, at most `far`.
+  [[nodiscard]] double clear_in_list(Vec3d at, double far) const noexcept {
+    return std::max(near(), room_.list.clear_around(at, std::min(far, room_.list.reach_at(at))));
   }
   /// Returns the same of a place in free space.
   [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
@@ -392,14 +404,8 @@ class Mover {
   }
   /// Returns how far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
-  /// Returns the list, if what is as near as that to a place is in it.
-  [[nodiscard]] Neighbourhood* known(Vec3d at, double distance) const noexcept {
-    return room_.list.covers(at, distance) ? &room_.list : nullptr;
-  }
-  /// Returns what a look may take that has waited: twice as much with each tick.
-  [[nodiscard]] int patience() const noexcept {
-    return static_cast<int>(std::min<double>(kAnyWork, std::ldexp(kWork, room_.waits)));
-  }
+  /// Returns what a look may take that has waited.
+  [[nodiscard]] int patience() const noexcept { return kWork << std::min(room_.waits, kMostDoubled); }
   /// Makes the list anew around a place, or returns that there is no time to in this tick.
   [[nodiscard]] bool learn(Vec3d at, int most) noexcept {
     return room_.list.gather(surface_, at, near(), near() + radius_, kFlat * radius_, most);

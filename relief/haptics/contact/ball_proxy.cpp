@@ -38,23 +38,33 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcep
   const bool changed = std::exchange(model_, model.number()) != model.number();
   if (!std::exchange(known_, true)) {
     last_ = centre_ = cursor;
+    cage_ = model.slab_mesh().number();
     return false;
   }
   MicroTriangles surface(model);
-  if (changed) memory_->forget();
-  if (changed || !settled_) {
+  if (changed) {
+    memory_->forget();
+    follow_surface(surface);
+    unseen_ = true;
+  }
+  if (unseen_ || !settled_) {
     const bool was_held = held_, felt = carry(surface, radius);
     settling_ = felt && (was_held || held_);
   }
-  cage_ = surface.mesh().number();
-  go(surface, cursor, radius);
+  if (!unseen_) go(surface, cursor, radius);
+  work_ = surface.placed();
   depth_ = length(centre_ - cursor);
   if (depth_ > 0) way_out_ = (centre_ - cursor) / depth_;
   return held_ && touches_;
 }
 
 bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
-  Mover ball(surface, *memory_, centre_, radius, 0, detail::kAnyWork);
+  Mover ball(surface, *memory_, centre_, radius, 0, kMostWork);
+  unseen_ = ball.blind();
+  if (unseen_) {
+    ball.stay();
+    return true;
+  }
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (!behind_) {
@@ -63,23 +73,24 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
     // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
     lost_ = (contact && contact->touching()) || is_behind(ball.around(), radius);
   }
-  const bool recut = settled_ && cage_ != surface.mesh().number(), touched = touches_;
-  const Vec3d with_it = follow_surface(surface);
-  if (recut && touches_ == touched && detail::stays_unfelt(std::max(rise_, length(with_it)), depth_)) {
+  const Shift shift = std::exchange(shift_, {});
+  const bool recut = std::exchange(cage_, surface.mesh().number()) != surface.mesh().number();
+  if (recut && settled_ && !shift.lost && detail::stays_unfelt(std::max(rise_, length(shift.way)), depth_)) {
     arrive(ball, radius);
     return false;
   }
   const bool waits = held_ && past_the_middle(surface.model(), last_, radius);
-  const Vec3d goal = waits ? centre_ + with_it : last_;
+  const Vec3d goal = waits ? centre_ + shift.way : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
+  unseen_ = way.cut;
   settled_ = overlap_ <= kRest * radius && (way.settled || waits);
   ledger_.clear();  // what an edit gives is no gain of the hand
   return true;
 }
 
-Vec3d BallProxy::follow_surface(MicroTriangles& surface) noexcept {
-  if (!touches_) return {};
+void BallProxy::follow_surface(MicroTriangles& surface) noexcept {
+  if (!touches_) return;
   const bool here = foothold_.is_in(surface.mesh());
   const auto place =
       here ? surface.place_at(surface_.slab, surface_.u, surface_.v)
@@ -87,12 +98,13 @@ Vec3d BallProxy::follow_surface(MicroTriangles& surface) noexcept {
   touches_ = place.has_value();
   if (!place) {
     surface_ = {};
-    return {};
+    shift_ = {{}, true};
+    return;
   }
   const Vec3d was = surface_.position;
   surface_ = point_of(surface, *place, normals_);
   foothold_.stand_in(surface.mesh(), surface_.slab);
-  return surface_.position - was;
+  shift_.way += surface_.position - was;
 }
 
 bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept {
@@ -133,7 +145,6 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
   arrive(ball, radius);
   touch(surface, ball.around(), radius, flies);
   searches_ += ball.searches();
-  work_ = surface.placed();
 }
 
 void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept {

@@ -79,10 +79,15 @@ class BallProxy {
     std::unique_ptr<Memory> memory_;
   };
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
+  /// How changes of the model have moved the place where the ball touched.
+  struct Shift {
+    Vec3d way;
+    bool lost = false;  ///< it is no more
+  };
+  /// The place where the ball touched goes with the material, by which it stays known.
+  void follow_surface(MicroTriangles& surface) noexcept;
   /// Takes over what has become of the surface, with the cursor where it was. Whether that may be felt.
   bool carry(MicroTriangles& surface, double radius) noexcept;
-  /// Returns how far the material has moved where the ball touched, by which it stays known.
-  [[nodiscard]] Vec3d follow_surface(MicroTriangles& surface) noexcept;
   /// Towards the cursor, which has moved there with the hand.
   void go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept;
   /// Work that the hand's way may take in a tick, beyond what was done before.
@@ -104,6 +109,8 @@ class BallProxy {
   bool known_ = false, held_ = false, lost_ = false;
   bool settled_ = true;  ///< it has come to rest after the last change of the surface
   bool settling_ = false;
+  bool unseen_ = false;      ///< there was no time yet to see what a change of the surface has done
+  Shift shift_;              ///< meanwhile
   bool touches_ = false;     ///< surface_ is a place
   bool under_way_ = false;   ///< to a cursor that was too far away for one tick, and it has not landed yet
   int late_ = 0;             ///< for so many ticks away from the cursor, with nothing found that it touches
@@ -114,7 +121,7 @@ class BallProxy {
   detail::CellNormals normals_;
   SurfacePoint surface_;
   detail::Foothold foothold_;  ///< in its slab
-  std::uint64_t cage_ = 0;     ///< number of the last tick's
+  std::uint64_t cage_ = 0;     ///< number of the last that was seen
   detail::Ledger ledger_;
   Vec3d way_out_;
   double depth_ = 0, rise_ = 0, overlap_ = 0;

@@ -13,25 +13,27 @@
 
 namespace relief::detail {
 
-/// A list of the squares that come within a reach of a place. It holds all triangles nearer than a distance to another
-/// place as long as covers() says so. A query keeps the distances that it finds, so that the next one skips most
-/// squares. Cost of a query: a few nanoseconds per square, about 60 for each one that may be near.
+/// A list of the squares that come within a reach of a place, as many of the nearest as there is room for. It holds all
+/// triangles nearer than a distance to another place as long as covers() says so. A query keeps the distances that it
+/// finds, so that the next one skips most squares. Cost of a query: a few nanoseconds per square, about 60 for each one
+/// that may be near.
 class Neighbourhood {
  public:
-  /// Makes the list again, with a reach from `least` to `far`: twice as far beyond `least` as the last one, and half
-  /// as far as often as there is no room for all squares. Where there is none for those within `least`, it covers
-  /// nothing. `flat`: see visit_near(). Once more than `most` samples are placed it leaves the rest, covers nothing
-  /// yet, and returns false. The next call goes on from there, if what was begun reaches far enough around its centre.
-  /// Cost: some fifty nanoseconds a square.
+  /// Makes the list again, with a reach from `least` to `far`: twice as far beyond `least` as the last one, and as far
+  /// as there is room for all squares, be it less than `least`.
+  /// Once more than `most` samples are placed it leaves the rest, covers nothing yet, and returns false. The next call
+  /// goes on from there, if what was begun is around its centre, or reaches far enough around it. Cost: some fifty
+  /// nanoseconds a square.
   bool gather(MicroTriangles& surface, Vec3d centre, double least, double far, double flat, int most) noexcept {
-    const bool begun = !whole_ && least == least_ && far == far_ && flat == flat_ && reach_around(centre) >= least;
+    const bool same = !whole_ && least == least_ && far == far_ && flat == flat_;
+    const bool begun = same && (centre == centre_ || reach_around(centre) >= least);
     if (!begun) begin(centre, least, far, flat);
     const std::size_t known = slabs_;
     if (!go_on(surface, most)) {
       goes_on_ = begun && slabs_ > known;
       return false;
     }
-    if (!(reach_ > 0) || covers(centre, least)) return true;
+    if (covers(centre, least)) return true;
     begin(centre, least, far, flat);  // it had to be cut short while it was made
     return go_on(surface, most);
   }
@@ -40,12 +42,18 @@ class Neighbourhood {
     share_ = 1;
     whole_ = true;
   }
+  /// Returns whether it is being made around a place, and not at its end yet.
+  [[nodiscard]] bool is_begun_at(Vec3d centre) const noexcept { return !whole_ && centre == centre_; }
   /// The last call did not come to the end, but nearer to that of what was begun before.
   [[nodiscard]] bool goes_on() const noexcept { return goes_on_ && !whole_; }
 
   /// Everything that is nearer to a place than this is in the list.
   [[nodiscard]] double reach_at(Vec3d point) const noexcept { return whole_ ? reach_around(point) : -1; }
-  [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept { return reach_at(point) >= distance; }
+  /// Returns whether everything nearer to a place than a distance is in the list, or as much of the nearest as there is
+  /// room for, if it was made around that place: no list has more.
+  [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept {
+    return reach_at(point) >= distance || (whole_ && reach_ > 0 && point == centre_);
+  }
   /// As visit_near(), for what is covered. Knows the triangles of a square from the patches. Once more than `most`
   /// samples are placed it leaves the rest, and returns false; what is known by then need not be found again.
   template <typename Visit>
@@ -67,6 +75,8 @@ class Neighbourhood {
  private:
   static constexpr std::size_t kMost = 128;   // squares
   static constexpr std::size_t kScanned = 8;  // squares or slabs that are passed over in a sample's time
+  // Of what is between least and far: so little is hardly more than nothing, but can be doubled.
+  static constexpr double kLeastShare = 1.0 / kMost;
   static constexpr int kVisited = 3;          // samples' time that one takes whose triangles may be near
 
   /// Holds what is looked for.
@@ -137,27 +147,28 @@ class Neighbourhood {
     flat_ = flat;
     scale_ = 1 / least;
     begun_ = reach_ = least + (far - least) * share_;
+    at_ = {};
     slabs_ = 0;
     whole_ = false;
   }
   /// Returns whether it has come to the end.
   bool go_on(MicroTriangles& surface, int most) noexcept {
-    const std::size_t known = slabs_;
-    std::size_t slab = 0;
+    double reach2 = reach_ * reach_;
     const bool cut =
-        surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(centre_) < begun_ * begun_; },
-                                  [&](SlabId s) {
-                                    if (slab++ < slabs_) return false;
-                                    if (surface.placed() > most) return true;
-                                    ++slabs_;
-                                    if (reach_ > 0) add_slab(surface, s);
-                                    return false;
-                                  });
-    surface.add_placed(static_cast<int>(known / kScanned));
+        surface.mesh().visit_nearest([&](const Box3d& box) noexcept { return box.distance2(centre_); }, reach2,
+                                     [&](SlabId s) noexcept {
+                                       if (surface.placed() > most) return true;
+                                       add_slab(surface, s);
+                                       ++slabs_;
+                                       reach2 = reach_ * reach_;
+                                       return false;
+                                     },
+                                     at_);
     if (cut) return false;
     whole_ = true;
     list_.close();
-    if (reach_ == begun_) share_ = std::min(2 * share_, 1.0);
+    const double found = (reach_ - least_) / (far_ - least_);
+    share_ = reach_ == begun_ ? std::min(2 * share_, 1.0) : std::max(found, kLeastShare);
     return true;
   }
   void add_slab(MicroTriangles& surface, SlabId s) noexcept {
@@ -166,18 +177,14 @@ class Neighbourhood {
     surface.enter(s);
     NearSlab(surface, s, centre_, flat_)
         .squares(reach_, 2 * least_, scale_, [&](const auto& at, const auto& sheets, std::size_t lane) {
-          if (list_.size() == kMost) drop_far();
-          if (reach_ > 0) list_.add(at, sheets, lane);
+          if (list_.size() == kMost) drop_far(surface);
+          list_.add(at, sheets, lane);
         });
   }
-  /// Makes room for more by a shorter reach, none where that is not enough.
-  void drop_far() noexcept {
-    share_ *= 0.5;
-    reach_ = least_ + (far_ - least_) * share_;
-    list_.keep_near(static_cast<float>(reach_ * scale_));
-    if (list_.size() < kMost) return;
-    reach_ = 0;
-    share_ = 1;
+  /// Makes room for more by a shorter reach.
+  void drop_far(MicroTriangles& surface) noexcept {
+    surface.add_placed(kMost / kScanned);
+    reach_ = double{list_.keep_nearer_half()} / scale_;
   }
   [[nodiscard]] double reach_around(Vec3d point) const noexcept {
     return reach_ * (1 - 1e-9) - length(point - centre_);
@@ -187,7 +194,8 @@ class Neighbourhood {
   double least_ = 0, far_ = 0, flat_ = 0, scale_ = 1;
   double reach_ = 0, begun_ = 0;  ///< begun_: as it was before it was cut short
   double share_ = 1;              ///< of what is between least and far, of the next list at most
-  std::size_t slabs_ = 0;         ///< that have been dealt with, of those in the reach it was begun with
+  SlabMesh::Visited at_;          ///< how far it has got
+  std::size_t slabs_ = 0;         ///< that have been dealt with
   bool whole_ = true;             ///< it has come to the end
   bool goes_on_ = false;          ///< the last call has got on with what was begun before
   SquareList<kMost> list_;        ///< relative to the centre

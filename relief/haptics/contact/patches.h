@@ -87,17 +87,24 @@ class SquareList {
   void close() noexcept {
     for (std::size_t k = count_; k % kLanes != 0; ++k) sheets_[k / kLanes].set_never_near(k % kLanes);
   }
-  /// Keeps those that may be nearer to the place than `reach`; not closed afterwards.
-  void keep_near(float reach) noexcept {
-    const std::size_t all = std::exchange(count_, 0);
-    for (std::size_t k = 0; k < all; k += kLanes) {
-      const Sheets sheets = sheets_[k / kLanes];
-      Four least;
-      for (unsigned near = sheets.may_be_near({}, reach, least); near != 0; near &= near - 1) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(near));
-        add(squares_[k + lane], sheets, lane);
-      }
+  /// Of a full list, keeps the half that is nearest to the place, and returns up to where there is nothing else; not
+  /// closed afterwards.
+  float keep_nearer_half() noexcept {
+    std::array<float, kMost> least{};
+    for (std::size_t k = 0; k < kMost; k += kLanes) {
+      Four four{};
+      static_cast<void>(sheets_[k / kLanes].may_be_near({}, std::numeric_limits<float>::infinity(), four));
+      for (std::size_t lane = 0; lane < kLanes; ++lane) least[k + lane] = four[lane];
     }
+    std::array<float, kMost> sorted = least;
+    std::ranges::nth_element(sorted, sorted.begin() + kMost / 2);
+    const float reach = sorted[kMost / 2];
+    auto even = kMost / 2 - static_cast<std::size_t>(std::ranges::count_if(least, [&](float l) { return l < reach; }));
+    count_ = 0;
+    for (std::size_t k = 0; k < kMost; ++k)
+      if (least[k] < reach || (least[k] == reach && even > 0 && even-- > 0))
+        add(squares_[k], sheets_[k / kLanes], k % kLanes);
+    return reach;
   }
   /// Calls visit(number, least) for those that may be nearer than `reach`, which may come down; `least`: their
   /// triangles are no nearer.

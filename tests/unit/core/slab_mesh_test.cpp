@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -196,6 +199,49 @@ TEST(SlabMesh, RefusesWhatIsNoCage) {
   five.push_back({{-1, 0, 0}, {-1, 1, 0}});
   five.push_back({{-1, 0, 1}, {-1, 1, 1}});
   EXPECT_EQ(message(five, {up, right, {{0, 4, 5}, 4}}), "the slabs around fibre 0 do not form one fan");
+}
+
+TEST(SlabMesh, ASearchThatStopsAtEachSlabFindsWhatOneGoFinds) {
+  const auto whole = torus_shell(12, 8, 8);
+  std::vector<SlabId> some;
+  for (SlabId s = 0; s < whole->slab_count(); s += 3) some.push_back(s);
+  const auto once = whole->cut(some);
+  ASSERT_TRUE(once);
+  const auto mesh = once->cut(some);
+  ASSERT_TRUE(mesh);
+  for (const Vec3d from : {Vec3d{3, 0, 0}, Vec3d{0, 0.9, 2}, Vec3d{}}) {
+    const auto distance = [&](const Box3d& box) { return box.distance2(from); };
+    double reach = 0;
+    std::vector<SlabId> found;
+    const auto take = [&](SlabId s) {
+      found.push_back(s);
+      reach = std::min(reach, distance(mesh->box(s)) + 1);
+    };
+    reach = 1e9;
+    ASSERT_FALSE(mesh->visit_nearest(distance, reach, [&](SlabId s) {
+      take(s);
+      return false;
+    }));
+    const std::vector<SlabId> in_one_go = std::exchange(found, {});
+    EXPECT_GT(in_one_go.size(), 30U);
+    EXPECT_LT(in_one_go.size(), std::size_t{mesh->slab_count()});
+    reach = 1e9;
+    SlabMesh::Visited at;
+    std::size_t stops = 0;
+    for (bool stopped = true; stopped; ++stops) {
+      bool more = true;
+      stopped = mesh->visit_nearest(
+          distance, reach,
+          [&](SlabId s) {
+            if (!std::exchange(more, false)) return true;
+            take(s);
+            return false;
+          },
+          at);
+    }
+    EXPECT_EQ(found, in_one_go);
+    EXPECT_EQ(stops, found.size());
+  }
 }
 
 }  // namespace

@@ -137,6 +137,16 @@ TEST(ClearAround, CostsLittleMoreWhereEdgesAreStitched) {
   EXPECT_LT(placed(*displaced(mixed_shell(*shell, 16, 2), rough)), 3 * placed(*displaced(shell, rough)));
 }
 
+TEST(ClearAround, CostsLittleWhereThousandsOfSlabsAreEquallyNear) {
+  for (const int levels : {3, 6}) {
+    const SnapshotPtr model = displaced(testing::hollow_shell(levels, 2), [](Vec3d) { return 0.5; });
+    MicroTriangles surface(*model);
+    SlabId nearest = kNoSlab;
+    EXPECT_LT(detail::clear_around(surface, {}, 0.95, 10, nearest, 0), 1);
+    EXPECT_LT(surface.placed(), 1000) << levels;
+  }
+}
+
 /// Floats round, bounds must not: what they say is never more than what is so.
 TEST(Discs, AreNeverFartherThanTheirTriangles) {
   std::mt19937 random(8);
