@@ -52,8 +52,11 @@ class Names(OneStudio):
             if name in ENDS + left_out or not shown:
                 continue
             with self.subTest(name):
+                windows = len(s.dialogs())
                 for share in within if role == "slider" else (0.5,):
                     s.hand.click(x + int(share * width), y + height // 2)
+                if role == "combo box" and control.getState().contains(studio.pyatspi.STATE_ENABLED):
+                    wait("its list", lambda: len(s.dialogs()) > windows)  # else the next click falls into it
                 after()
                 clicked.append(name)
         return clicked

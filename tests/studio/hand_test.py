@@ -83,6 +83,45 @@ class SimulatedHand(Case):
         self.assertTrue(s.close())
 
 
+class MouseProbe(Case):
+    """The mouse feels: the button presses, the wheel presses deeper; the force is seen, and nothing is changed."""
+
+    def force(self, s, ok):
+        """The newest force that is as wanted, with the next words of the hand."""
+        return s.log.wait("hand", s.log.mark(), lambda e: ok(e["force"]))["force"]
+
+    def test_press_and_wheel(self):
+        s = Studio(model(), "--device", "mouse")
+        hash_before = s.log.last("opened")["hash"]
+        s.press("Touch")
+        s.hand.at(*s.pixel(0.5, 0.5))
+        self.force(s, lambda force: force == 0)
+        still, arrow = s.picture(), lambda: still.differing(s.picture(), 24)
+        self.assertEqual(meter(s), 0, "the control: a mouse that only hovers presses nothing")
+        s.hand.down()
+        pressed = self.force(s, lambda force: force > 0)
+        wait("the meter to show it", lambda: meter(s) > 0)
+        wait("the arrow over the model", lambda: arrow() > 50)
+        low = meter(s)
+        for _ in range(4):
+            s.hand.down(4)
+            s.hand.up(4)
+        self.force(s, lambda force: force > 1.3 * pressed)
+        wait("the meter to show more", lambda: meter(s) > low)
+        wait("the same in words", lambda: abs(float(s.described("Force meter").split()[0]) - s.log.last("hand")["force"]) < 0.06)
+        s.hand.up()
+        self.force(s, lambda force: force == 0)
+        wait("the meter to fall", lambda: meter(s) == 0)
+        # Beside the model there is nothing to press.
+        s.hand.at(*s.pixel(0.03, 0.95))
+        s.hand.down()
+        self.assertEqual(self.force(s, lambda force: True), 0)
+        s.hand.up()
+        self.assertEqual(s.log.since(0, "stroke"), [])
+        self.assertEqual(relief("info", s.log.last("opened")["file"], "--json")["content_hash"], hash_before)
+        self.assertTrue(s.close())
+
+
 class TooFast(Case):
     """A recorded hand that presses, goes on within the solid, leaves it, and presses again. A device that is lost, and how
     many ticks a force goes on: safety_test.cpp, with a device that can fail."""

@@ -35,35 +35,45 @@ ForceMeter::ForceMeter(QWidget* parent) : QWidget(parent) {
   setAccessibleName(tr("Force"));
   setAttribute(Qt::WA_TransparentForMouseEvents);
   setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Fixed);
-  changed(true);
+  told_.setSingleShot(true);
+  told_.setInterval(kTellEvery);
+  // What the force has come to meanwhile.
+  connect(&told_, &QTimer::timeout, this, [this] {
+    if (accessibleDescription() != description()) tell();
+  });
+  tell();
 }
 
 void ForceMeter::set_force(double newtons) {
   const double force = std::isfinite(newtons) ? std::max(0.0, newtons) : 0;
   if (force == force_) return;
   force_ = force;
-  changed(told_.elapsed() >= kTellEvery);
+  update();
+  if (!told_.isActive()) tell();
 }
 
 void ForceMeter::set_limit(double newtons) {
   Q_ASSERT(newtons > 0);
   limit_ = newtons;
-  changed(true);
+  update();
+  tell();
 }
 
 void ForceMeter::set_forces_on(bool on) {
   on_ = on;
-  changed(true);
+  update();
+  tell();
 }
 
 QString ForceMeter::words() const { return on_ ? tr("%1 N").arg(QLocale().toString(force_, 'f', 1)) : tr("off"); }
 
-void ForceMeter::changed(bool tell) {
-  update();
-  if (!tell) return;
+QString ForceMeter::description() const {
+  return on_ ? tr("%1 of at most %2 N").arg(words(), QLocale().toString(limit_, 'f', 1)) : tr("Forces are off.");
+}
+
+void ForceMeter::tell() {
   told_.start();
-  describe(this,
-           on_ ? tr("%1 of at most %2 N").arg(words(), QLocale().toString(limit_, 'f', 1)) : tr("Forces are off."));
+  describe(this, description());
 }
 
 QSize ForceMeter::sizeHint() const { return {scaled(64), scaled(216)}; }

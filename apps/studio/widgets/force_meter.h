@@ -1,7 +1,7 @@
 // The force on the hand, as a column with its limit.
 #pragma once
 
-#include <QElapsedTimer>
+#include <QTimer>
 #include <QWidget>
 
 namespace relief::studio {
@@ -31,11 +31,12 @@ class ForceMeter : public QWidget {
   [[nodiscard]] double y(double newtons) const;
   void paint_column(QPainter& painter) const;
   void paint_scale(QPainter& painter) const;
-  void changed(bool tell);
+  [[nodiscard]] QString description() const;
+  void tell();
 
   double force_ = 0, limit_ = 3;
   bool on_ = true;
-  QElapsedTimer told_;
+  QTimer told_;  ///< runs for a while after the words were told
 };
 
 }  // namespace relief::studio

@@ -5,6 +5,7 @@
 
 #include <QImage>
 #include <QPainter>
+#include <QTest>
 #include <cmath>
 #include <limits>
 
@@ -95,6 +96,14 @@ TEST_F(ForceMeterTest, SaysTheForceInWords) {
   EXPECT_EQ(meter.words(), QStringLiteral("0.0 N"));
   meter.set_limit(2);
   EXPECT_EQ(meter.accessibleDescription(), QStringLiteral("0.0 N of at most 2.0 N"));
+}
+
+TEST_F(ForceMeterTest, WhatAForceHasComeToIsToldThoughItThenRests) {
+  meter.set_force(1);
+  meter.set_force(1.4);  // at once, while listeners are still spared
+  EXPECT_EQ(meter.accessibleDescription(), QStringLiteral("0.0 N of at most 3.3 N"));
+  EXPECT_TRUE(
+      QTest::qWaitFor([this] { return meter.accessibleDescription() == QStringLiteral("1.4 N of at most 3.3 N"); }));
 }
 
 TEST_F(ForceMeterTest, OffHasNoColumn) {
