@@ -77,7 +77,7 @@ class Neighbourhood {
   static constexpr std::size_t kScanned = 8;  // squares or slabs that are passed over in a sample's time
   // Of what is between least and far: so little is hardly more than nothing, but can be doubled.
   static constexpr double kLeastShare = 1.0 / kMost;
-  static constexpr int kVisited = 3;          // samples' time that one takes whose triangles may be near
+  static constexpr int kVisited = 3;  // samples' time that one takes whose triangles may be near
 
   /// Holds what is looked for.
   template <typename Visit>
