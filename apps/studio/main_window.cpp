@@ -199,7 +199,8 @@ void MainWindow::build_docks() {
   for (const QString& each : settings_.value("colours/used").toStringList()) used.append(QColor(each));
   colours_->set_last_used(used);
   const Vec3f first = tools_.brush_of(QStringLiteral("paint")).colour;
-  colours_->set_colour(QColor::fromRgbF(first.x, first.y, first.z));
+  const QColor kept(settings_.value("tools/colour").toString());
+  choose_colour(kept.isValid() ? kept : QColor::fromRgbF(first.x, first.y, first.z));
   docks_->add("layers-panel", tr("Layers"), tr("Layers panel"), tr("Layers and colours"), layers);
   docks_->add("history-panel", tr("History"), tr("History panel"), tr("History"), history_);
 }
@@ -289,7 +290,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     show_failure(tr("Not everything is saved"), why, text(bridge_.file()), false);
     return;
   }
-  tools_.keep(settings_);
+  keep_tools();
   settings_.setValue("window/size", size());
   settings_.setValue("window/state", saveState());
   event_log().write(QStringLiteral("exit"));
@@ -337,6 +338,11 @@ void MainWindow::place_over() {
   card_->setFixedWidth(std::min(scaled(340), viewport_->width() - 32));
   card_->adjustSize();
   card_->move(viewport_->width() - card_->width() - 16, viewport_->height() - card_->height() - 16);
+}
+
+void MainWindow::keep_tools() {
+  tools_.keep(settings_);
+  settings_.setValue("tools/colour", colours_->colour().name());
 }
 
 void MainWindow::choose_colour(const QColor& colour) {

@@ -88,6 +88,7 @@ class MainWindow : public QMainWindow {
   void keep_picture();
   void place_over();
   void choose_colour(const QColor& colour);
+  void keep_tools();
 
   // window_events.cpp
   void connect_document();

@@ -42,6 +42,7 @@ void MainWindow::connect_document() {
     bar_told_ = false;
     if (stroke.source == 0 && std::exchange(making_room_, false) && stroke.cancelled)
       say(tr("The stroke was taken back."));
+    if (stroke.result.changed) keep_tools();  // as the model is: what was done stays, however the program ends
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
       colours_->mark_used(colours_->colour());
       docks_->share_soon();

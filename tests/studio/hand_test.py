@@ -113,7 +113,7 @@ class MouseProbe(Case):
         self.force(s, lambda force: force == 0)
         wait("the meter to fall", lambda: meter(s) == 0)
         # Beside the model there is nothing to press.
-        s.hand.at(*s.pixel(0.03, 0.95))
+        s.hand.path(studio.along([s.pixel(0.5, 0.5), s.pixel(0.03, 0.95)], 60))
         s.hand.down()
         self.assertEqual(self.force(s, lambda force: True), 0)
         s.hand.up()
