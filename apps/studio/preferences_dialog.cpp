@@ -316,9 +316,10 @@ void PreferencesDialog::keep(const QString& key, const QVariant& value) {
 void PreferencesDialog::reset(int page) {
   for (const Row& row : rows_) {
     if (row.page != page || row.key.isEmpty()) continue;
+    const QVariant before = chosen(settings_, row.key);
     settings_.remove(row.key);
     row.refresh();
-    emit changed(row.key);
+    if (chosen(settings_, row.key) != before) emit changed(row.key);  // another language builds the window anew
   }
 }
 

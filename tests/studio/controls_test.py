@@ -1,11 +1,10 @@
 """Every control: its name, its one showing, and a click on it; the work without a mouse."""
 
 import collections
-import time
 import unittest
 
 import studio
-from studio import Case, OneStudio, Studio, model, relief, wait
+from studio import Case, OneStudio, Studio, model, relief, steady, wait
 
 CONTRACT = ("Viewport", "Carve", "Deposit", "Paint", "Smooth", "Flatten", "Inflate", "Clay", "Layer", "Mask", "Unmask", "Touch", "Radius",
             "Strength", "Undo", "Redo", "Symmetry", "Device", "Status", "Tool panel", "Layers panel", "History panel", "Device panel")
@@ -57,6 +56,9 @@ class Names(OneStudio):
                     s.hand.click(x + int(share * width), y + height // 2)
                 if role == "combo box" and control.getState().contains(studio.pyatspi.STATE_ENABLED):
                     wait("its list", lambda: len(s.dialogs()) > windows)  # else the next click falls into it
+                    steady(s.dialogs, 0.1)
+                    s.hand.keys("Escape")
+                    wait("its list to close", lambda: len(s.dialogs()) <= windows)
                 after()
                 clicked.append(name)
         return clicked
@@ -98,7 +100,7 @@ class Names(OneStudio):
                     if name.endswith("…"):  # it asks
                         wait(f"the question of {name}", lambda: s.dialogs() or s.showing("Commands"))
                 clicked.append(name)
-                self.back_at_the_model()
+                self.back_at_the_model(late=False)
                 if name in UNDONE:
                     s.hand.keys(UNDONE[name])
         for name in ("Save a turntable …", "Stretch", "Play a recording …", "Roll left", "Make everything finer"):  # each kind of them
@@ -116,9 +118,8 @@ class Names(OneStudio):
 
         def close_what_came():
             """A list, or a question; the preferences themselves stay."""
-            while len(s.dialogs()) > 1:
+            while len(steady(s.dialogs, 0.2)) > 1:
                 s.hand.keys("Escape")
-                time.sleep(0.05)
         clicked = set()
         for page in pages:
             x, y, width, height = studio.rect(page)
@@ -139,9 +140,11 @@ class Names(OneStudio):
         device("No device")
         s.log.wait("device-end", mark)
 
-    def back_at_the_model(self):
-        """Whatever the click opened is closed by Escape, and the viewport is there."""
+    def back_at_the_model(self, late=True):
+        """Whatever the click opened is closed by Escape, and the viewport is there. It may come late, where nobody has waited for it."""
         s = self.studio
+        if late:
+            steady(s.dialogs, 0.2)
         wait("dialogs and menus to close", s.dismissed, rest=0.1)
         s.find("Viewport")
 
