@@ -14,7 +14,7 @@ from studio import Case, SOAK, Studio, measured, model, wait
 ROLES = ("push button", "check box", "toggle button", "radio button", "menu item", "check menu item", "slider", "page tab", "list item",
          "combo box", "spin button")
 # What ends the program or asks the person's files; and what would leave a desktop without a window to look at.
-NEVER = ("quit", "close", "exit", "open", "save", "export", "recent", "minimi", "kiosk", "import", "picture", "folder", "load")
+NEVER = ("quit", "close", "exit", "file", "open", "save", "export", "recent", "minimi", "kiosk", "import", "picture", "folder", "load")
 KEYS = ("c", "d", "b", "s", "i", "m", "t", "1", "3", "7", "5", "Home", "bracketleft", "bracketright", "x", "Alt_L+w", "Alt_L+h",
         "F4", "F4", "Tab", "Control_L+z", "Control_L+Shift_L+z", "F3", "Escape", "Escape", "Return", "Up", "Left", "F6", "f", "Pause")
 
