@@ -153,6 +153,7 @@ void Saver::move(std::unique_lock<std::mutex>& lock) {
   Result<Elsewhere> done = file_.has_value() ? copy_to(move) : make_at(move);
   if (!done && file_.has_value() && done.error().code != Errc::Cancelled) done = make_at(move);
   lock.lock();
+  if (done) stalled_ = false;  // another file takes at once what the old one did not
   std::deque<Job> obsolete;
   const std::uint64_t until = !file_.has_value() ? pushed_ : done && !done->copied ? move.after : popped_;
   for (; popped_ < until; ++popped_) {

@@ -256,6 +256,8 @@ class FullDisk(Case):
         s.type_into("File name:", str(there))
         s.hand.keys("Return")
         self.assertEqual(s.log.wait("saved-elsewhere", mark)["file"], str(there))
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 2)
+        self.assertEqual(len(journal(there)), 2)
         wait("the banner to go", lambda: not self.alerts(s))
         # Both strokes are there, and it goes on there; the full disk keeps what it had.
         mark = s.log.mark()
@@ -275,7 +277,7 @@ class Doors(Case):
         file = model()
         s = Studio(ready=False)
         s.find("Start page")
-        for ask, given in ((lambda: s.hand.keys("Control_L+o"), scan()), (lambda: s.click("Choose a file", "push button"), file)):
+        for ask, given in ((lambda: s.hand.keys("Control_L+o"), scan(triangles=2000)), (lambda: s.click("Choose a file", "push button"), file)):
             mark = s.log.mark()
             ask()
             s.type_into("File name:", str(given))

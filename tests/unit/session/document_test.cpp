@@ -706,6 +706,26 @@ TEST(Document, SaveElsewhereGoesOnWhereTheDiskIsFull) {
       << "what was done before it goes into the old one, where that works";
 }
 
+TEST(Document, WhatTheFullDiskDidNotTakeIsInTheOtherFileAtOnce) {
+  const Folder folder;
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.retry_after = std::chrono::hours(1);  // nothing comes by another try
+  Document document = document_in(folder / "a.relief", ball(), std::move(settings));
+  {
+    const FullDisk full(std::filesystem::file_size(folder / "a.relief") / 2);
+    draw(document, 3);
+    while (events.of<Failed>().empty()) std::this_thread::yield();
+  }
+  document.post(SaveElsewhere{folder / "b.relief"});
+  document.settle();
+  const auto last = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  const auto saved = [&] { return !events.of<Saved>().empty() && events.of<Saved>().back().stroke == 3; };
+  while (!saved() && std::chrono::steady_clock::now() < last) std::this_thread::yield();
+  EXPECT_TRUE(saved());
+  EXPECT_EQ(document.statistics().unsaved, 0U);
+}
+
 TEST(Document, WithoutAFileAllThatIsInMemoryIsSavedElsewhere) {
   const Folder folder;
   Events events;
