@@ -12,6 +12,7 @@ namespace {
 using Weights = std::array<double, 3>;
 
 constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win: above rounding
+constexpr double kOnEdge = 1e-9;     // weight of a corner: a place that is so near the other two is on their edge
 constexpr double kHair = 1e-7;       // of the fibre
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
@@ -20,6 +21,36 @@ double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
 SurfacePlace nearest(const MicroTriangle& t, Vec3d p) noexcept {
   const Weights w = nearest_in_triangle(p, t.positions[0], t.positions[1], t.positions[2]);
   return {t, w, t.point(w)};
+}
+
+/// Returns a place of a triangle.
+SurfacePlace place_at(const MicroTriangle& t, const Weights& w) noexcept {
+  const Weights at = on_edges(w);
+  return {t, at, t.point(at)};
+}
+
+/// Returns the weights of the place in a triangle's plane that is nearest to p, which may lie outside; not numbers
+/// where the triangle has no area.
+Weights foot(const MicroTriangle& t, Vec3d p) noexcept {
+  const Vec3d ab = t.positions[1] - t.positions[0], ac = t.positions[2] - t.positions[0], ap = p - t.positions[0];
+  const Vec3d area = cross(ab, ac);
+  const double v = dot(cross(ap, ac), area) / dot(area, area), w = dot(cross(ab, ap), area) / dot(area, area);
+  return {1 - v - w, v, w};
+}
+
+/// Returns where the straight way from a place of a triangle towards the foot of the goal ends: there, or at the
+/// triangle's edge.
+SurfacePlace straight_on(const MicroTriangle& t, Vec3d from, Vec3d goal) noexcept {
+  const Weights to = foot(t, goal);
+  Weights w = to;
+  if (!(std::ranges::min(to) >= 0)) {
+    const Weights at = nearest_in_triangle(from, t.positions[0], t.positions[1], t.positions[2]);
+    double share = 1;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (to[k] < 0) share = std::min(share, at[k] / (at[k] - to[k]));
+    for (std::size_t k = 0; k < 3; ++k) w[k] = at[k] + share * (to[k] - at[k]);
+  }
+  return place_at(t, w);
 }
 
 /// Says which corners' weights are zero: none in the interior, one on an edge, two at a sample.
@@ -52,39 +83,72 @@ void neighbours(MicroTriangles& surface, const SurfacePlace& place, Visit&& visi
   }
 }
 
+/// Of the triangles that share the place's edge or sample it is said to lie in the one that the goal is farthest
+/// behind, whichever the walk came by: what is felt there does not depend on their order.
+void face(MicroTriangles& surface, SurfacePlace& place, Vec3d goal) noexcept {
+  const auto height = [&](const MicroTriangle& t) noexcept { return dot(normalized(t.area()), place.position - goal); };
+  SurfacePlace found = place;
+  double most = height(place.triangle);
+  neighbours(surface, place, [&](const MicroTriangle& t) noexcept {
+    const double h = height(t);
+    if (!(h > most)) return;
+    most = h;
+    found = place_at(t, nearest(t, place.position).weights);
+  });
+  place = found;
+}
+
 }  // namespace
+
+Weights on_edges(Weights w) noexcept {
+  for (double& x : w)
+    if (x < kOnEdge) x = 0;
+  const auto most = static_cast<std::size_t>(std::ranges::max_element(w) - w.begin());
+  w[most] = 1 - w[(most + 1) % 3] - w[(most + 2) % 3];
+  return w;
+}
 
 double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept {
   double best = distance2(place.position, goal), gone = 0;
-  SurfacePlace next = nearest(place.triangle, goal);
-  double least = distance2(next.position, goal);
-  if (!(least < best)) next = place;
-  for (bool first = true; first || next.triangle.slab != kNoSlab; first = false) {
-    if (least < best) {
-      const double way = length(next.position - place.position);
-      if (gone + way > reach) {
-        // Both places lie in the new triangle.
-        place = nearest(next.triangle, place.position + (next.position - place.position) * ((reach - gone) / way));
-        return reach;
-      }
-      gone += way;
-      best = least;
-      place = next;
-    }
-    if (tries <= 0) break;
+  for (bool first = true; tries > 0; first = false) {
+    SurfacePlace next;
+    double least = best, steepest = 0;
     next.triangle.slab = kNoSlab;
-    least = best * kGain;
-    neighbours(surface, place, [&](const MicroTriangle& t) noexcept {
+    const auto take = [&](const SurfacePlace& there) noexcept {
+      const double d = distance2(there.position, goal);
+      if (!(d < best * kGain)) return false;
+      const Vec3d way = there.position - place.position;
+      const double falls = dot(goal - place.position, way) / length(way);
+      if (falls > steepest) {
+        steepest = falls;
+        least = d;
+        next = there;
+      }
+      return true;
+    };
+    const auto look = [&](const MicroTriangle& t) noexcept {
       --tries;
-      const Weights w = nearest_in_triangle(goal, t.positions[0], t.positions[1], t.positions[2]);
-      if (w[0] == 1 && t.positions[0] == place.position) return;
-      const Vec3d there = t.point(w);
-      const double d = distance2(there, goal);
-      if (!(d < least)) return;
-      least = d;
-      next = {t, w, there};
-    });
+      const SurfacePlace ahead = straight_on(t, place.position, goal);
+      const bool gains = take(ahead);
+      // A way that leads out of it at once may still lead along its edge.
+      if (!gains && !(std::ranges::min(ahead.weights) > 0)) take(place_at(t, nearest(t, goal).weights));
+    };
+    const int zeros = Feature(place.weights).zeros;
+    if (zeros == 1 || (zeros == 0 && first)) look(place.triangle);
+    neighbours(surface, place, look);
+    if (next.triangle.slab == kNoSlab) break;
+    const double way = length(next.position - place.position);
+    if (gone + way > reach) {
+      // Both places lie in the new triangle.
+      place = nearest(next.triangle, place.position + (next.position - place.position) * ((reach - gone) / way));
+      gone = reach;
+      break;
+    }
+    gone += way;
+    best = least;
+    place = next;
   }
+  if (gone > 0) face(surface, place, goal);
   return gone;
 }
 

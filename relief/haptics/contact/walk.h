@@ -4,6 +4,7 @@
 #include <relief/core/micro_triangles.h>
 #include <relief/haptics/contact/principle.h>
 
+#include <array>
 #include <limits>
 
 namespace relief::detail {
@@ -11,9 +12,14 @@ namespace relief::detail {
 inline constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 inline constexpr int kTries = 64;  ///< micro-triangles that one walk looks at
 
+/// Returns a place's weights such that what is all but on an edge or at a sample is there, to the bit: so it is seen
+/// that the triangles beside it touch it, too.
+[[nodiscard]] std::array<double, 3> on_edges(std::array<double, 3> weights) noexcept;
+
 /// Moves a place over the surface towards the goal, triangle by triangle, by `reach` at most (model units), while each
-/// step comes nearer. It ends at a minimum: the triangles around give the place itself. Returns the length of the path.
-/// `tries` counts the triangles down; the walk stops at 0.
+/// step comes nearer: always the way on which the distance falls fastest, straight in each triangle. It ends at a
+/// minimum: the triangles around give the place itself. Returns the length of the path. `tries` counts the triangles
+/// down; the walk stops at 0.
 double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept;
 
 /// Says where a walk of any length from a place would come to rest.

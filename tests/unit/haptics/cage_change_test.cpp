@@ -219,7 +219,8 @@ TEST(CageChange, OfFinerGridsAndLongerFibresNoMoreIsFeltThanTheSurfaceMoves) {
                              in_turn({way.model, longer, with_finer_grids(way.model, 32, 3),
                                       with_finer_grids(longer, 32, 2), cut_at_random(longer, 30, 2)}));
       expect_no_fault(moved, kTicks);
-      EXPECT_LE(moved.largest_step, still.largest_step + 1e-3) << "N";
+      // A point on its way to a minimum is a little farther on where the surface has changed.
+      EXPECT_LE(moved.largest_step, 1.01 * still.largest_step + 1e-3) << "N";
     }
 }
 

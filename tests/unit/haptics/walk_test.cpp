@@ -151,6 +151,31 @@ TEST(Walk, GoesOverTheSurfaceOnlyAndComesNearerAllTheWay) {
   }
 }
 
+TEST(Walk, IsStraightWhereTheSurfaceIsFlat) {
+  // Grids of several n, some of them cut: the way leads over their triangles and seams as if there were none.
+  for (const SnapshotPtr& model : {displaced(plane_shell(3, 5), [](Vec3d) { return 0.5; }),
+                                   displaced(mixed_shell(*plane_shell(3, 8), 3, 3), [](Vec3d) { return 0.5; })}) {
+    Ground ground(model);
+    int far = 0;
+    for (int k = 0; k < 1000; ++k) {
+      const SurfacePlace from = ground.next(k);
+      const SurfacePlace over = ground.next(k + 1);
+      const Vec3d goal = over.position - Vec3d{0, 0.3 * ground.unit(), 0}, way = over.position - from.position;
+      SurfacePlace place = from;
+      int tries = 10 * detail::kTries;
+      ASSERT_NEAR(detail::walk(ground.surface, place, goal, kAnywhere, tries), length(way), 1e-8) << k;
+      ASSERT_LT(length(place.position - over.position), 1e-8) << k;
+      const double share = ground.unit();
+      place = from;
+      tries = 10 * detail::kTries;
+      detail::walk(ground.surface, place, goal, share * length(way), tries);
+      ASSERT_LT(length(place.position - (from.position + way * share)), 1e-8) << k;
+      far += length(way) > 5 * Ground::side(from) ? 1 : 0;
+    }
+    EXPECT_GT(far, 300);
+  }
+}
+
 TEST(Walk, LooksAtNoMoreTrianglesThanItMay) {
   Ground ground(displaced(torus_shell(12, 8, 64), rough));
   int cut = 0;
