@@ -4,7 +4,6 @@
 #include <relief/haptics/foothold.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace relief::detail {

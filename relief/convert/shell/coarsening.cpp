@@ -1,5 +1,6 @@
 #include <relief/base/free_memory.h>
 #include <relief/convert/shell/coarsening.h>
+#include <relief/convert/shell/crease_levels.h>
 #include <relief/convert/shell/fibre_goals.h>
 
 #include <algorithm>
@@ -245,11 +246,14 @@ bool Coarsening::reduce(std::size_t target_count, const Progress& progress) {
   return true;
 }
 
-bool Coarsening::thicken(double longest, const Progress& progress) {
+bool Coarsening::thicken(double longest, const Creases& creases, const Progress& progress) {
   free_memory(queue_, tried_, stamps_);
   patch_.free_quadrics();
   patch_.allow(longest);
-  return lengthen_to_goals(patch_, progress);
+  if (!lengthen_to_goals(patch_, progress)) return false;
+  if (creases.empty()) return true;
+  level_creases(patch_, creases, tree_of(patch_.source()), progress);
+  return !progress.cancelled();
 }
 
 }  // namespace relief::detail

@@ -20,6 +20,8 @@ class Coarsening {
              const Progress& progress);
 
   [[nodiscard]] std::size_t slab_count() const noexcept { return patch_.slab_count(); }
+  /// From now on slabs keep edges along creases. They must outlive it.
+  void follow(const Creases& creases) noexcept { patch_.follow(creases); }
   /// Slabs that could change at the start.
   [[nodiscard]] std::size_t free_count() const noexcept { return patch_.free_count(); }
   /// Collapses edges in the order in which they lie in memory until `stop` slabs are left or few collapses succeed. The
@@ -32,9 +34,9 @@ class Coarsening {
   void tolerate(const Tolerance& tolerance);
   /// Returns the share of the source's area that lies in no slab; of a triangle that is partly in one half counts.
   [[nodiscard]] double lost() const;
-  /// Makes room to carve and to add, with fibres of so many lattice steps at most. False when cancelled. Nothing can be
-  /// collapsed after that.
-  bool thicken(double longest, const Progress& progress);
+  /// Makes room to carve and to add, with fibres of so many lattice steps at most, and walls that hold creases. False
+  /// when cancelled. Nothing can be collapsed after that.
+  bool thicken(double longest, const Creases& creases, const Progress& progress);
 
   [[nodiscard]] const LinkedDraft& draft() const noexcept { return patch_.draft(); }
   /// It is of no more use then.

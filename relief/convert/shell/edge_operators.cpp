@@ -55,7 +55,7 @@ bool EdgeOperators::half_edge_collapse(std::uint32_t h, double most) {
   const int more = draft_.valences[draft_.target(h)] - draft_.valences[draft_.origin(h)];
   if (more > 0 || (more == 0 && ways[1].cost < ways[0].cost)) std::swap(ways[0], ways[1]);
   for (const auto& [way, cost] : ways) {
-    if (cost > kDearer * most) continue;
+    if (cost > kDearer * most || !keeps_creases(way, draft_.at[draft_.origin(way)])) continue;
     Star& star = checks_.begin();
     star.set_edge(draft_, way);
     star.fresh = star.second;
@@ -82,7 +82,7 @@ bool EdgeOperators::collapse_somewhere(std::uint32_t h, bool may_lose) {
   double before = star.quality_now(draft_).least;
   for (const std::uint32_t f : star.vanished) before = std::min(before, draft_.shape(draft_.faces[f]));
   for (const Vec3d at : {best, u, v, (u + v) * 0.5})
-    if (collapse_to(h, at, before, may_lose)) return true;
+    if ((effort_.thorough || keeps_creases(h, at)) && collapse_to(h, at, before, may_lose)) return true;
   if (!effort_.thorough) return false;
   // Where the source may fold as it likes, a bad shape is no reason to keep a slab.
   const double least = checks_.tolerance().folds_at_will() ? 0 : before;
@@ -90,6 +90,11 @@ bool EdgeOperators::collapse_somewhere(std::uint32_t h, bool may_lose) {
   for (const Vec3d start : {best, (u + v) * 0.5})
     if (collapse_to(h, seeing_place(link, start), least, may_lose)) return true;
   return false;
+}
+
+bool EdgeOperators::keeps_creases(std::uint32_t h, Vec3d at) const {
+  return creases_ == nullptr ||
+         (creases_->allow(draft_.at[draft_.origin(h)], at) && creases_->allow(draft_.at[draft_.target(h)], at));
 }
 
 bool EdgeOperators::collapse_to(std::uint32_t h, Vec3d at, double shape_before, bool may_lose) {
@@ -185,6 +190,8 @@ bool EdgeOperators::is_worth_flipping(std::uint32_t h) const {
 bool EdgeOperators::flip(std::uint32_t h) {
   const std::uint32_t a = draft_.target(next_of(h)), b = draft_.target(next_of(draft_.twins[h]));
   if (!is_worth_flipping(h) || draft_.are_joined(a, b)) return false;
+  if (creases_ != nullptr && creases_->hold_edge(draft_.at[draft_.origin(h)], draft_.at[draft_.target(h)]))
+    return false;
   Star& star = checks_.begin();
   star.set_flip(draft_, h);
   if (checks_.check(draft_, {}) != Fault::None) return false;

@@ -1,6 +1,7 @@
 // Edges that are collapsed and flipped while the slabs around them stay valid.
 #pragma once
 
+#include <relief/convert/shell/creases.h>
 #include <relief/convert/shell/fibre_height.h>
 
 #include <cstdint>
@@ -21,10 +22,17 @@ struct Effort {
 /// What it is given must outlive it.
 class EdgeOperators {
  public:
-  /// `longest`: of a fibre, lattice steps.
+  /// `longest`: of a fibre, lattice steps. `creases`: their corners stay, and so do edges along them unless the effort
+  /// is thorough.
   EdgeOperators(const SourceIndex& source, LinkedDraft& draft, SlabChecks& checks, StartGrowth& growth, double longest,
-                Effort effort = {}) noexcept
-      : source_(source), draft_(draft), checks_(checks), growth_(growth), longest_(longest), effort_(effort) {}
+                Effort effort = {}, const Creases* creases = nullptr) noexcept
+      : source_(source),
+        draft_(draft),
+        checks_(checks),
+        growth_(growth),
+        longest_(longest),
+        effort_(effort),
+        creases_(creases) {}
 
   /// Merges one end of an edge into the other, which stays as it is, where that costs little more than `most`: tests
   /// half as many slabs as collapse(), which is to be tried next.
@@ -38,6 +46,8 @@ class EdgeOperators {
   bool collapse_somewhere(std::uint32_t h, bool may_lose);
   bool collapse_to(std::uint32_t h, Vec3d at, double shape_before, bool may_lose);
   [[nodiscard]] bool is_worth_flipping(std::uint32_t h) const;
+  /// Returns whether creases stay where an edge is collapsed to a place.
+  [[nodiscard]] bool keeps_creases(std::uint32_t h, Vec3d at) const;
   void merge(std::uint32_t h, Vec3d at);
 
   const SourceIndex& source_;
@@ -46,6 +56,7 @@ class EdgeOperators {
   StartGrowth& growth_;
   double longest_;
   Effort effort_;
+  const Creases* creases_;    // none: there are none
   std::optional<Vec3d> aim_;  // of the star in hand: the direction that best sees the source
 };
 

@@ -82,6 +82,7 @@ void FibreMoves::slide_to_middle() {
   constexpr std::array<double, 2> kSlides = {0.6, 0.3};
   const Star& star = checks_.star();
   const std::uint32_t v = star.moved;
+  if (is_on_crease(v)) return;
   Vec3d mean;
   for (const Face& f : star.faces) mean += draft_.at[f[1]] / double(star.faces.size());
   const Vec3d d = normalized(draft_.fibre(v));
@@ -120,7 +121,7 @@ void FibreMoves::settle(std::uint32_t v) {
     const Vec3d n = cross(edge.from - now, edge.to - now);
     if (const double size = length(n); size > 0) least = std::min(least, dot(n, d) / size);
   }
-  const Vec3d step = seeing_place(link, now) - now;
+  const Vec3d step = is_on_crease(v) ? Vec3d{} : seeing_place(link, now) - now;
   for (const double share : kShares) {
     const Vec3d at = now + step * share;
     const Direction there = star_direction(link, at);
@@ -138,6 +139,7 @@ void FibreMoves::settle(std::uint32_t v) {
 
 void FibreMoves::even_out(std::uint32_t v) {
   constexpr std::array<double, 3> kSteps = {1.0, 0.5, 0.2};
+  if (is_on_crease(v)) return;
   begin(v);
   const std::vector<LinkEdge> link = checks_.star().link(draft_);
   std::array<Vec3d, 2> middle;
@@ -181,6 +183,12 @@ bool FibreMoves::extend(std::uint32_t v, Side side, double steps, double least) 
     if (ends[side] != draft_.ends[v][side] && try_ends(draft_.at[v], ends)) return true;
   }
   return false;
+}
+
+bool FibreMoves::reach_to(std::uint32_t v, const std::array<double, 2>& reach) {
+  begin(v);
+  const Vec3d d = normalized(draft_.fibre(v)), at = draft_.at[v];
+  return try_ends(at, {snap(at - d * reach[kInner]), snap(at + d * reach[kOuter])});
 }
 
 }  // namespace relief::detail

@@ -1,8 +1,10 @@
 // Fibres that turn, slide, shrink and grow while their slabs stay valid.
 #pragma once
 
+#include <relief/convert/shell/creases.h>
 #include <relief/convert/shell/slab_checks.h>
 
+#include <array>
 #include <cstdint>
 
 namespace relief::detail {
@@ -11,9 +13,10 @@ namespace relief::detail {
 /// where they do not; nothing else changes. What it is given must outlive it.
 class FibreMoves {
  public:
-  /// `longest`: of a fibre, lattice steps.
-  FibreMoves(const SourceIndex& source, LinkedDraft& draft, SlabChecks& checks, double longest) noexcept
-      : source_(source), draft_(draft), checks_(checks), longest_(longest) {}
+  /// `longest`: of a fibre, lattice steps. `creases`: fibres on them only turn and become longer or shorter.
+  FibreMoves(const SourceIndex& source, LinkedDraft& draft, SlabChecks& checks, double longest,
+             const Creases* creases = nullptr) noexcept
+      : source_(source), draft_(draft), checks_(checks), longest_(longest), creases_(creases) {}
 
   /// Turns a fibre towards the direction that best sees the source in its star. True where it was turned.
   bool re_aim(std::uint32_t v);
@@ -31,9 +34,13 @@ class FibreMoves {
   /// Moves one end outwards along the fibre by so many lattice steps, or a half, a quarter, an eighth of them where
   /// that fails; by `least` at least, and not beyond the lattice. True where it was moved.
   bool extend(std::uint32_t v, Side side, double steps, double least);
+  /// Makes a fibre reach so many lattice steps from its place on each side, by Side. True where it does then.
+  bool reach_to(std::uint32_t v, const std::array<double, 2>& reach);
 
  private:
   void begin(std::uint32_t v);
+  /// Returns whether a fibre stands on a crease: it may turn, but stays there.
+  [[nodiscard]] bool is_on_crease(std::uint32_t v) const { return creases_ != nullptr && creases_->hold(draft_.at[v]); }
   bool try_ends(Vec3d at, const Ends& ends);
   bool turn_to_source();
   bool turn_towards(Vec3d to);
@@ -44,6 +51,7 @@ class FibreMoves {
   LinkedDraft& draft_;
   SlabChecks& checks_;
   double longest_;
+  const Creases* creases_;  // that fibres stay on; none: there are none
 };
 
 }  // namespace relief::detail

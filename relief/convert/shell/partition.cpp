@@ -204,8 +204,8 @@ ShellDraft take_all(const SourceIndex& source, Whole&& whole) {
   return draft;
 }
 
-bool reduce_in_cells(const SourceIndex& source, const BoxTree& tree, double longest, std::size_t goal, int level,
-                     Whole& whole, const Progress& progress) {
+bool reduce_in_cells(const SourceIndex& source, const Creases& creases, const BoxTree& tree, double longest,
+                     std::size_t goal, int level, Whole& whole, const Progress& progress) {
   const auto count = static_cast<std::uint32_t>(whole.faces.size());
   std::vector<Vec3d> sample;
   sample.reserve(count / kCutStride + 1);
@@ -223,6 +223,7 @@ bool reduce_in_cells(const SourceIndex& source, const BoxTree& tree, double long
   const bool done = for_all(cells.count(), 1, progress, [&](std::size_t c) {
     Members mine(source, whole, std::move(members[c]));
     Coarsening coarsening(source, tree, longest, std::move(mine.draft), cells.box(c), quiet);
+    coarsening.follow(creases);
     const std::size_t fixed = coarsening.slab_count() - coarsening.free_count();
     if (!coarsening.sweep(fixed + static_cast<std::size_t>(share * double(coarsening.free_count())), quiet)) return;
     changed[c] = put_back(whole, mine, coarsening);
@@ -246,12 +247,14 @@ bool Partition::reduce(const Progress& progress) {
   const std::size_t stop = std::max(kBeforeQueue, kBeforeQueueTargets * target_);
   for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
     const std::size_t before = whole.faces.size();
-    if (!reduce_in_cells(source_, *tree_, longest_, std::max(stop, before / kLevelFactor), level, whole, progress))
+    if (!reduce_in_cells(source_, creases_, *tree_, longest_, std::max(stop, before / kLevelFactor), level, whole,
+                         progress))
       return false;
     if (double(whole.faces.size()) > kResists * double(before)) break;
   }
   last_ = std::make_unique<Coarsening>(source_, *tree_, longest_, take_all(source_, std::move(whole)), everywhere(),
                                        progress);
+  last_->follow(creases_);
   tree_.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }

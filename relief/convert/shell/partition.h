@@ -6,6 +6,7 @@
 #include <relief/convert/geometry/shell.h>
 #include <relief/convert/geometry/source_index.h>
 #include <relief/convert/shell/coarsening.h>
+#include <relief/convert/shell/creases.h>
 #include <relief/convert/shell/initial_shell.h>
 
 #include <cstddef>
@@ -23,7 +24,12 @@ class Partition {
   /// `source` must outlive it. `ends` and `tree` are its thin shell's. `longest`: of a fibre, lattice steps.
   Partition(const SourceIndex& source, std::vector<Ends>&& ends, std::unique_ptr<BoxTree> tree, std::size_t target,
             double longest)
-      : source_(source), target_(target), longest_(longest), ends_(std::move(ends)), tree_(std::move(tree)) {}
+      : source_(source),
+        creases_(source),
+        target_(target),
+        longest_(longest),
+        ends_(std::move(ends)),
+        tree_(std::move(tree)) {}
 
   /// False when cancelled.
   bool reduce(const Progress& progress);
@@ -46,7 +52,7 @@ class Partition {
   /// As in Coarsening. False when cancelled.
   bool thicken(double longest, const Progress& progress) {
     kept_.reset();
-    return last_->thicken(longest, progress);
+    return last_->thicken(longest, creases_, progress);
   }
   /// It is of no more use then.
   [[nodiscard]] Shell shell() &&;
@@ -55,6 +61,7 @@ class Partition {
 
  private:
   const SourceIndex& source_;
+  Creases creases_;
   std::size_t target_;
   double longest_;
   std::vector<Ends> ends_;

@@ -62,11 +62,13 @@ class ShellPatch {
   std::size_t re_aim(const Progress& progress);
 
   /// Single steps, for a caller that chooses where. What they return must not outlive the patch.
-  [[nodiscard]] FibreMoves moves() noexcept { return {source_, draft_, checks_, longest_}; }
+  [[nodiscard]] FibreMoves moves() noexcept { return {source_, draft_, checks_, longest_, creases_}; }
   [[nodiscard]] EdgeOperators edges(StartGrowth& growth, Effort effort) noexcept {
-    return {source_, draft_, checks_, growth, longest_, effort};
+    return {source_, draft_, checks_, growth, longest_, effort, creases_};
   }
 
+  /// From now on fibres on creases stay there. They must outlive the patch.
+  void follow(const Creases& creases) noexcept { creases_ = creases.empty() ? nullptr : &creases; }
   /// From now on fibres may be so long, lattice steps.
   void allow(double longest) noexcept { longest_ = longest; }
   /// Puts the place of each free fibre (ShellDraft::at) where the source crosses it. `tree`: of boxes around the
@@ -86,6 +88,7 @@ class ShellPatch {
   double longest_;
   LinkedDraft draft_;
   SlabChecks checks_;
+  const Creases* creases_ = nullptr;
   std::size_t free_count_ = 0;
 };
 

@@ -27,7 +27,7 @@ TEST(Coarsening, ReachesItsTargetAndKeepsAllConditions) {
     double before = 0, after = 0;
     for (std::uint32_t v = 0; v < coarsening.draft().out.size(); ++v)
       if (coarsening.draft().out[v] != kNone) before += length(coarsening.draft().fibre(v));
-    ASSERT_TRUE(coarsening.thicken(2 * thin.longest, {}));
+    ASSERT_TRUE(coarsening.thicken(2 * thin.longest, Creases(thin.source), {}));
     for (std::uint32_t v = 0; v < coarsening.draft().out.size(); ++v)
       if (coarsening.draft().out[v] != kNone) after += length(coarsening.draft().fibre(v));
     EXPECT_GT(after, 1.2 * before);
@@ -106,7 +106,7 @@ TEST(Coarsening, StopsWhenItIsCancelled) {
   Coarsening coarsening(thin.source, *thin.tree, thin.longest, thin.draft(), everywhere(), {});
   EXPECT_FALSE(coarsening.sweep(10, cancelled));
   EXPECT_FALSE(coarsening.reduce(10, cancelled));
-  EXPECT_FALSE(coarsening.thicken(thin.longest, cancelled));
+  EXPECT_FALSE(coarsening.thicken(thin.longest, Creases(thin.source), cancelled));
 }
 
 }  // namespace
