@@ -29,6 +29,30 @@ namespace {
 
 const QString kUnsaved = QStringLiteral("unsaved");  // a subject of the banner
 
+/// Returns what of the form keeps a stroke from going on, where that is known.
+QString bar_text(const RoomEnded& room, Unit unit) {
+  switch (room.bar) {
+    case RoomBar::FarSide:
+      return MainWindow::tr(
+                 "The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
+          .arg(length_text(room.bar_distance, unit));
+    case RoomBar::OtherPart:
+      return MainWindow::tr("Another part of the form is %1 away. A stroke grows to about the middle.")
+          .arg(length_text(room.bar_distance, unit));
+    default:
+      break;
+  }
+  if (!(room.overhang > 0)) return {};
+  const QString under = length_text(room.overhang, unit);
+  return room.fibres > 0
+             ? MainWindow::tr(
+                   "The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.")
+                   .arg(under)
+             : MainWindow::tr(
+                   "The clay ends here: the tool goes %1 under the surface, and slabs cannot hold undercuts.")
+                   .arg(under);
+}
+
 }  // namespace
 
 void MainWindow::connect_document() {
@@ -77,20 +101,14 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::roomAsked, this, [this](quint32 source) {
     making_room_ = source == 0;  // another hand's stroke is not the keyboard's to take back
-    if (!making_room_) say(tr("Making room under the stroke …"));
-    if (making_room_) say(tr("Making room under the stroke … Esc takes the stroke back."));
+    say(making_room_ ? tr("Making room under the stroke … Esc takes the stroke back.")
+                     : tr("Making room under the stroke …"));
   });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
-    bar_told_ = room.bar == RoomBar::FarSide || room.bar == RoomBar::OtherPart || room.overhang > 0;
-    if (room.bar == RoomBar::FarSide)
-      say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
-              .arg(length_text(room.bar_distance, unit_)));
-    else if (room.bar == RoomBar::OtherPart)
-      say(tr("Another part of the form is %1 away. A stroke grows to about the middle.")
-              .arg(length_text(room.bar_distance, unit_)));
-    else if (room.overhang > 0)
-      say(tr("The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.")
-              .arg(length_text(room.overhang, unit_)));
+    const QString bar = bar_text(room, unit_);
+    bar_told_ = !bar.isEmpty();
+    if (bar_told_)
+      say(bar);
     else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)
