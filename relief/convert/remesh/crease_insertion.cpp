@@ -53,6 +53,13 @@ class CreaseInsertion {
     Vec3d normal;
     Fit fit = Fit::OnEdge;
   };
+  using EdgeEnds = std::array<std::uint32_t, 2>;
+  /// An edge that cuts something off.
+  struct CutOff {
+    std::uint32_t half_edge;       // the lesser one of two
+    std::optional<Crease> crease;  // to split it at
+    bool is_dropped = false;       // an end lies there
+  };
   [[nodiscard]] static int rank_of(Fit fit) noexcept { return static_cast<int>(fit); }
   [[nodiscard]] Vec3d position(std::uint32_t v) const noexcept { return mesh_.positions[v]; }
 
@@ -108,16 +115,15 @@ class CreaseInsertion {
     return Crease{place.at, place.normal, rank == 2 ? Fit::OnEdge : Fit::OnCorner};
   }
 
-  /// Returns how far the middle of an edge between two faces of the skin lies off it; 0 for edges in a smooth one, and
-  /// for what is no matter.
-  [[nodiscard]] double cut_off_by(std::uint32_t p, std::uint32_t q) const {
-    if (mesh_.fits[p] < Fit::OnFace || mesh_.fits[q] < Fit::OnFace) return 0;
+  /// Returns whether the middle of an edge lies off the skin. Not of edges in a smooth face, nor by so little that it
+  /// is no matter.
+  [[nodiscard]] bool cuts_off(std::uint32_t p, std::uint32_t q) const {
+    if (mesh_.fits[p] < Fit::OnFace || mesh_.fits[q] < Fit::OnFace) return false;
     if (mesh_.fits[p] == Fit::OnFace && mesh_.fits[q] == Fit::OnFace &&
         double(dot(mesh_.normals[p], mesh_.normals[q])) > kSmooth)
-      return 0;
+      return false;
     const Skin::Place near = skin_.nearest((position(p) + position(q)) / 2.0);
-    return near.distance > kCurved || (near.distance > kExact && skin_.area(near.triangle) > kLarge) ? near.distance
-                                                                                                     : 0;
+    return near.distance > kCurved || (near.distance > kExact && skin_.area(near.triangle) > kLarge);
   }
   [[nodiscard]] static Vec3d near_start(Vec3d a, Vec3d b) noexcept { return a + (b - a) * 0.2; }
   /// Returns the crease that edge pq cuts off; r and s are the corners opposite to it.
@@ -157,21 +163,28 @@ class CreaseInsertion {
   }
   void set_pending(std::uint32_t v) noexcept { mesh_.pending[v] = FittedMesh::kSeekAll; }
 
+  [[nodiscard]] EdgeEnds ends_at(std::uint32_t h) const noexcept {
+    return {mesh_.triangles[h / 3][h % 3], mesh_.triangles[h / 3][next_of(h) % 3]};
+  }
+
   bool find_splits(const Progress& progress) {
+    constexpr std::size_t kChunk = 4096;  // half-edges
     twins_ = find_twins(mesh_.triangles, mesh_.positions.size());
-    creases_.assign(twins_.size(), std::nullopt);
-    cut_off_.assign(twins_.size(), 0);
     const auto corner = [&](std::uint32_t h) { return mesh_.triangles[h / 3][h % 3]; };
-    if (!for_all(twins_.size(), 512, progress, [&](std::size_t k) {
-          const auto h = static_cast<std::uint32_t>(k);
-          if (h > twins_[h]) return;
-          const std::uint32_t p = corner(h), q = corner(next_of(h)), r = corner(last_of(h)),
-                              s = corner(last_of(twins_[h]));
-          if (!is_pending(std::array{p, q, r, s})) return;
-          cut_off_[h] = cut_off_by(p, q);
-          if (cut_off_[h] > 0) creases_[h] = crease_at(p, q, r, s);
+    std::vector<std::vector<CutOff>> found((twins_.size() + kChunk - 1) / kChunk);
+    if (!for_all(found.size(), 1, progress, [&](std::size_t chunk) {
+          const auto end = static_cast<std::uint32_t>(std::min(twins_.size(), (chunk + 1) * kChunk));
+          for (auto h = static_cast<std::uint32_t>(chunk * kChunk); h < end; ++h) {
+            if (h > twins_[h]) continue;
+            const std::uint32_t p = corner(h), q = corner(next_of(h)), r = corner(last_of(h)),
+                                s = corner(last_of(twins_[h]));
+            if (is_pending(std::array{p, q, r, s}) && cuts_off(p, q))
+              found[chunk].push_back({h, crease_at(p, q, r, s)});
+          }
         }))
       return false;
+    cut_off_.clear();
+    for (const std::vector<CutOff>& some : found) cut_off_.insert(cut_off_.end(), some.begin(), some.end());
     seen_ = mesh_.pending;
     for (std::uint8_t& bits : mesh_.pending) bits = static_cast<std::uint8_t>(bits & ~FittedMesh::kSeekCreases);
     return true;
@@ -181,43 +194,41 @@ class CreaseInsertion {
   /// on most planes, then the nearest.
   bool move_ends() {
     struct Goal {
-      std::uint32_t half_edge = kNone;
+      const Crease* to = nullptr;
       double distance = 0;
     };
     std::vector<Goal> goals(mesh_.positions.size());
     std::vector<std::uint32_t> moved;
-    for (std::uint32_t h = 0; h < creases_.size(); ++h) {
-      if (!creases_[h]) continue;
-      const std::array<std::uint32_t, 2> ends = {mesh_.triangles[h / 3][h % 3], mesh_.triangles[h / 3][next_of(h) % 3]};
+    for (CutOff& cut : cut_off_) {
+      if (!cut.crease) continue;
+      const EdgeEnds ends = ends_at(cut.half_edge);
       const double along = length(position(ends[1]) - position(ends[0]));
       for (const std::uint32_t v : ends) {
-        const double distance = length(creases_[h]->at - position(v));
-        const bool is_better = rank_of(creases_[h]->fit) > rank_of(mesh_.fits[v]);
+        const double distance = length(cut.crease->at - position(v));
+        const bool is_better = rank_of(cut.crease->fit) > rank_of(mesh_.fits[v]);
         if (distance > (is_better ? kEnd * along : kTooNear)) continue;
         if (is_better) {
           Goal& goal = goals[v];
-          if (goal.half_edge == kNone) moved.push_back(v);
-          if (goal.half_edge == kNone || rank_of(creases_[h]->fit) > rank_of(creases_[goal.half_edge]->fit) ||
-              (creases_[h]->fit == creases_[goal.half_edge]->fit && distance < goal.distance))
-            goal = {h, distance};
+          if (goal.to == nullptr) moved.push_back(v);
+          if (goal.to == nullptr || rank_of(cut.crease->fit) > rank_of(goal.to->fit) ||
+              (cut.crease->fit == goal.to->fit && distance < goal.distance))
+            goal = {&*cut.crease, distance};
         } else {
-          dropped_.push_back(h);
+          cut.is_dropped = true;
         }
       }
     }
     for (const std::uint32_t v : moved) {
-      const Crease& to = *creases_[goals[v].half_edge];
+      const Crease& to = *goals[v].to;
       mesh_.positions[v] = to.at;
       mesh_.normals[v] = to_float(to.normal);
       mesh_.fits[v] = to.fit;
       set_pending(v);
     }
-    for (const std::uint32_t h : dropped_) creases_[h] = std::nullopt;
-    dropped_.clear();
-    for (std::uint32_t h = 0; h < creases_.size(); ++h)
-      if (creases_[h] && (goals[mesh_.triangles[h / 3][h % 3]].half_edge != kNone ||
-                          goals[mesh_.triangles[h / 3][next_of(h) % 3]].half_edge != kNone))
-        creases_[h] = std::nullopt;
+    for (CutOff& cut : cut_off_) {
+      const auto [p, q] = ends_at(cut.half_edge);
+      if (cut.is_dropped || goals[p].to != nullptr || goals[q].to != nullptr) cut.crease.reset();
+    }
     return !moved.empty();
   }
 
@@ -279,11 +290,11 @@ class CreaseInsertion {
 
   /// Splits edges and triangles; false where there is nothing to split.
   bool split(const Progress& progress) {
-    std::vector<std::uint32_t> splits(creases_.size(), kNone);
+    std::vector<std::uint32_t> splits(twins_.size(), kNone);
     const std::size_t before = mesh_.positions.size();
     find_corners();
-    for (std::uint32_t h = 0; h < creases_.size(); ++h)
-      if (is_new(creases_[h])) splits[h] = splits[twins_[h]] = add(*creases_[h]);
+    for (const CutOff& cut : cut_off_)
+      if (is_new(cut.crease)) splits[cut.half_edge] = splits[twins_[cut.half_edge]] = add(*cut.crease);
     const auto splits_of = [&](std::size_t t) {
       return std::array<std::uint32_t, 3>{splits[3 * t], splits[3 * t + 1], splits[3 * t + 2]};
     };
@@ -304,9 +315,9 @@ class CreaseInsertion {
       const std::uint32_t centre = is_new(corners[t]) ? add(*corners[t]) : kNone;
       split_triangle(mesh_.triangles[t], splits_of(t), centre, made);
     }
-    for (std::uint32_t h = 0; h < cut_off_.size(); ++h)
-      if (cut_off_[h] > 0 && splits[h] == kNone)
-        unsolved_.push_back(ends_of(mesh_.triangles[h / 3][h % 3], mesh_.triangles[h / 3][next_of(h) % 3]));
+    for (const CutOff& cut : cut_off_)
+      if (const auto [p, q] = ends_at(cut.half_edge); splits[cut.half_edge] == kNone)
+        unsolved_.push_back(ends_of(p, q));
     mesh_.triangles = std::move(made);
     return mesh_.positions.size() > before;
   }
@@ -350,7 +361,6 @@ class CreaseInsertion {
     }
     return flipped;
   }
-  using EdgeEnds = std::array<std::uint32_t, 2>;
   [[nodiscard]] static EdgeEnds ends_of(std::uint32_t p, std::uint32_t q) noexcept {
     return {std::min(p, q), std::max(p, q)};
   }
@@ -401,9 +411,7 @@ class CreaseInsertion {
   const HermiteGrid& grid_;
   const Skin& skin_;
   std::vector<std::uint32_t> twins_;
-  std::vector<std::optional<Crease>> creases_;  // by half-edge, the lesser one of two
-  std::vector<double> cut_off_;                 // by half-edge, the lesser one of two: voxels
-  std::vector<std::uint32_t> dropped_;
+  std::vector<CutOff> cut_off_;                    // ascending by half-edge
   std::vector<EdgeEnds> unsolved_;                 // edges that cut off something and were not split
   std::vector<std::uint8_t> seen_;                 // what was pending in this round
   std::set<std::array<std::int64_t, 3>> corners_;  // where there are some, in steps of kTooNear

@@ -289,19 +289,7 @@ bool has_note(const ConvertReport& report, std::string_view part) {
 }
 
 TEST(Certified, WhatCannotBeProvedIsRefusedOrMadeASolid) {
-  // A star of so many points that the triangles around a tip cannot be compared with each other.
-  constexpr std::uint32_t kPoints = 6000;
-  TriangleMesh star;
-  star.positions = {{0, 1, 0}, {0, -1, 0}};
-  for (std::uint32_t k = 0; k < kPoints; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kPoints, out = 1 + 0.1 * (k % 2);
-    star.positions.push_back({out * std::cos(turn), 0.1 * (k % 2), out * std::sin(turn)});
-  }
-  for (std::uint32_t k = 0; k < kPoints; ++k) {
-    const std::uint32_t here = k + 2, there = (k + 1) % kPoints + 2;
-    star.triangles.push_back({0, there, here});
-    star.triangles.push_back({1, here, there});
-  }
+  const TriangleMesh star = testing::unheld_star();
   const std::string why = "near (";
   const auto refused = convert(star, certified(60));
   ASSERT_FALSE(refused);

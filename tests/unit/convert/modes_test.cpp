@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace relief::detail {
 namespace {
@@ -60,26 +59,14 @@ TEST(Modes, CertifyPutsTheMendedSourceInThePlaceOfTheRepairedOne) {
 }
 
 TEST(Modes, CertifyLeavesTheGroundWhereItFails) {
-  // A spindle of so many sides that the triangles around a tip cannot be compared with each other.
-  constexpr std::uint32_t kSides = 6000;
-  TriangleMesh spindle;
-  spindle.positions = {{0, 1, 0}, {0, -1, 0}};
-  for (std::uint32_t k = 0; k < kSides; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kSides, out = 1 + 0.1 * (k % 2);
-    spindle.positions.push_back({out * std::cos(turn), 0.1 * (k % 2), out * std::sin(turn)});
-  }
-  for (std::uint32_t k = 0; k < kSides; ++k) {
-    const std::uint32_t here = k + 2, there = (k + 1) % kSides + 2;
-    spindle.triangles.push_back({0, there, here});
-    spindle.triangles.push_back({1, here, there});
-  }
-  Stand stand(spindle);
+  const TriangleMesh star = testing::unheld_star();
+  Stand stand(star);
   EXPECT_EQ(stand.certify(testing::certified(60)), nullptr);
-  EXPECT_EQ(stand.ground.mesh.get().triangles, spindle.triangles);
-  EXPECT_EQ(stand.ground.mesh.get().positions, spindle.positions);
-  EXPECT_EQ(stand.ground.phantom_from, spindle.triangles.size());
+  EXPECT_EQ(stand.ground.mesh.get().triangles, star.triangles);
+  EXPECT_EQ(stand.ground.mesh.get().positions, star.positions);
+  EXPECT_EQ(stand.ground.phantom_from, star.triangles.size());
   ASSERT_EQ(stand.report.parts.obstacles.size(), 1U);
-  EXPECT_EQ(stand.report.parts.obstacles[0].triangles, spindle.triangles.size());
+  EXPECT_EQ(stand.report.parts.obstacles[0].triangles, star.triangles.size());
   EXPECT_EQ(stand.report.parts.certified, 0U);
   EXPECT_TRUE(stand.report.not_certified.starts_with("a vertex has ")) << stand.report.not_certified;
   EXPECT_NE(stand.report.not_certified.find(", first near ("), std::string::npos) << stand.report.not_certified;

@@ -140,6 +140,23 @@ inline TriangleMesh fans(std::uint32_t n, double top, double bottom,
   return mesh;
 }
 
+/// A star of so many points that the triangles around a tip cannot be compared with each other: no shell has it.
+inline TriangleMesh unheld_star() {
+  constexpr std::uint32_t kPoints = 6000;
+  TriangleMesh star;
+  star.positions = {{0, 1, 0}, {0, -1, 0}};
+  for (std::uint32_t k = 0; k < kPoints; ++k) {
+    const double turn = 2 * std::numbers::pi * k / kPoints, out = 1 + 0.1 * (k % 2);
+    star.positions.push_back({out * std::cos(turn), 0.1 * (k % 2), out * std::sin(turn)});
+  }
+  for (std::uint32_t k = 0; k < kPoints; ++k) {
+    const std::uint32_t here = k + 2, there = (k + 1) % kPoints + 2;
+    star.triangles.push_back({0, there, here});
+    star.triangles.push_back({1, here, there});
+  }
+  return star;
+}
+
 /// What the verifier proves of a cage alone.
 inline verify::Certificate certificate(const SlabMesh& mesh) {
   const PlainCage cage(mesh);

@@ -5,6 +5,8 @@
 #include <tbb/global_control.h>
 #include <unit/convert/shell/shell_support.h>
 
+#include <cmath>
+
 namespace relief::detail {
 namespace {
 
@@ -38,6 +40,28 @@ TEST(Partition, InCellsIsCertifiedAndTheSameOnOneThread) {
   const Shell again = reduced(ThinShell(large()), 300);
   EXPECT_EQ(again.faces, shell.faces);
   EXPECT_EQ(again.ends, shell.ends);
+}
+
+// Components keep their numbers from level to level: by these a slab knows what it must not swallow whole.
+TEST(Partition, InCellsSwallowsNoSpecks) {
+  TriangleMesh mesh = testing::ball(124, 0.05);
+  ASSERT_GT(mesh.triangles.size(), 60'000U);
+  constexpr int kSpecks = 60;
+  for (int k = 0; k < kSpecks; ++k) {  // on a spiral around the ball, off its bumps
+    const double z = 1 - (2 * k + 1.0) / kSpecks, turn = 2.4 * k, r = std::sqrt(1 - z * z);
+    testing::append(mesh, testing::ball(4), Vec3d{r * std::cos(turn), r * std::sin(turn), z} * 1.08, 0.002);
+  }
+  ThinShell thin(mesh);
+  const SourceIndex source = thin.source;
+  Partition partition(thin.source, std::move(thin.ends), std::move(thin.tree), 600, thin.longest);
+  ASSERT_TRUE(partition.reduce({}));
+  const Shell shell = std::move(partition).shell();
+  ShellDraft draft;
+  draft.faces = shell.faces;
+  for (std::size_t v = 0; v < shell.ends[kInner].size(); ++v)
+    draft.ends.push_back({shell.ends[kInner][v], shell.ends[kOuter][v]});
+  expect_certified(draft, source);
+  EXPECT_EQ(recount(shell.faces).euler, 2 * (kSpecks + 1));
 }
 
 TEST(Partition, GoesBackToWhatItKept) {

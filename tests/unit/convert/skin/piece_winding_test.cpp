@@ -10,24 +10,19 @@
 namespace relief::detail {
 namespace {
 
-struct Wound {
-  ClosedSource source;
-  FaceArrangement made;
+struct Wound : Arranged {
   PieceWinding winding;
 
-  explicit Wound(const TriangleMesh& mesh) : source(source_of(mesh)) {
-    const FaceTree tree(source.points, source.faces);
-    made = *arrange(source.points, source.faces, find_meetings(tree, {}), {});
+  explicit Wound(const TriangleMesh& mesh) : Arranged(mesh) {
     auto found = find_winding(made, tree, {});
     EXPECT_TRUE(found);
-    winding = std::move(*found);
+    if (found) winding = std::move(*found);
   }
   /// What the faces wind around, half a step off the middle of a piece.
   [[nodiscard]] double wound_beside(const Piece& piece, int side) const {
-    const Vec3d a = made.approximate(piece.corners[0]), b = made.approximate(piece.corners[1]),
-                c = made.approximate(piece.corners[2]);
+    const auto [a, b, c] = corners(piece);
     const double off = side == 0 ? 0.5 : -0.5;
-    return ::relief::detail::winding(source, (a + b + c) / 3.0 + normalized(cross(b - a, c - a)) * off);
+    return ::relief::detail::winding(source, (a + b + c) / 3.0 + normalized(area_of(piece)) * off);
   }
 };
 
@@ -38,10 +33,9 @@ void expect_counted(const Wound& all) {
   std::size_t wide = 0;
   for (std::size_t p = 0; p < all.made.pieces.size(); ++p) {
     const Piece& piece = all.made.pieces[p];
-    const Vec3d a = all.made.approximate(piece.corners[0]), b = all.made.approximate(piece.corners[1]),
-                c = all.made.approximate(piece.corners[2]);
+    const auto [a, b, c] = all.corners(piece);
     const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-    if (length(cross(b - a, c - a)) < 1000 * longest) continue;  // another face may lie within half a step
+    if (length(all.area_of(piece)) < 1000 * longest) continue;  // another face may lie within half a step
     ++wide;
     EXPECT_NEAR(all.wound_beside(piece, 0), all.winding.in_front[p], 0.01) << p;
     EXPECT_NEAR(all.wound_beside(piece, 1), all.winding.in_front[p] + piece.sheets, 0.01) << p;

@@ -3,14 +3,18 @@
 
 #include <relief/convert/geometry/lattice.h>
 #include <relief/convert/prepare/closed_source.h>
+#include <relief/convert/skin/face_arrangement.h>
 
+#include <gtest/gtest.h>
 #include <unit/convert/shapes.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <random>
+#include <utility>
 
 namespace relief::detail {
 
@@ -45,6 +49,29 @@ inline double winding(const ClosedSource& s, Vec3d p) {
   }
   return sum / (4 * std::numbers::pi);
 }
+
+/// A source whose faces are cut along each other.
+struct Arranged {
+  ClosedSource source;
+  FaceTree tree;
+  FacePairs meetings;
+  FaceArrangement made;
+
+  explicit Arranged(const TriangleMesh& mesh)
+      : source(source_of(mesh)), tree(source.points, source.faces), meetings(find_meetings(tree, {})) {
+    auto all = arrange(source.points, source.faces, meetings, {});
+    EXPECT_TRUE(all);
+    if (all) made = std::move(*all);
+  }
+  [[nodiscard]] std::array<Vec3d, 3> corners(const Piece& p) const {
+    return {made.approximate(p.corners[0]), made.approximate(p.corners[1]), made.approximate(p.corners[2])};
+  }
+  /// Twice the area, along the normal.
+  [[nodiscard]] Vec3d area_of(const Piece& p) const {
+    const auto [a, b, c] = corners(p);
+    return cross(b - a, c - a);
+  }
+};
 
 inline TriangleMesh soup(std::uint32_t seed, std::size_t count, int coarse) {
   std::mt19937 random(seed);
