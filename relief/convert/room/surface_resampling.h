@@ -16,7 +16,7 @@ struct Resampled {
   /// Moved fibres beside which the surface leaves the slabs or is not met well enough; there are no tiles then.
   std::vector<FibreId> unmet;
   std::vector<SampledAnew> sampled;  ///< as in RoomMade
-  double moved_most = 0;   ///< from the new surface to the old one, outside the solids; model units
+  double moved_most = 0;             ///< from the new surface to the old one, outside the solids; model units
 };
 /// Samples all layers of `slabs`, ascending, all those around moved fibres. `mesh` is the cage with these. The surface
 /// outside the solids may move by `most_moved`, model units.
