@@ -468,13 +468,13 @@ std::vector<bool> roots_as_sampled(const Snapshot& head, const SnapshotPtr& firs
 /// Compares the samples of all roots that no stroke has changed.
 verify::SampleCheck compare_samples(const Snapshot& head, const SnapshotPtr& first, const std::vector<bool>& in_place,
                                     const PlainCage& shell, const PlainSource& source, const Progress& progress) {
-  const std::vector<bool> as_sampled = roots_as_sampled(head, first, in_place);
+  const std::vector<bool> as_sampled = first ? roots_as_sampled(head, first, in_place) : in_place;
   std::array<std::vector<verify::SampleTile>, kJudged.size()> tiles;
   for (SlabId s = 0; s < as_sampled.size(); ++s)
     for (std::size_t k = 0; k < kJudged.size(); ++k) {
       if (!head.has(kJudged[k])) continue;
       if (!as_sampled[s]) {
-        const bool was_there = s < first->slab_mesh().roots().size();
+        const bool was_there = first && s < first->slab_mesh().roots().size();
         tiles[k].push_back({was_there ? first->slab_mesh().intervals(s) : head.slab_mesh().roots()[s].intervals, {}});
         continue;
       }
@@ -540,8 +540,10 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   const Mode mode = model.model().info.mode;
   const SlabMesh& mesh = model.model().head->slab_mesh();
   const PlainCage shell(mesh);
-  RELIEF_TRY(const SnapshotPtr first, model.at(0, context.progress));
-  const std::vector<bool> in_place = roots_in_place(mesh, first->slab_mesh());
+  RELIEF_TRY(const SnapshotPtr first, model.as_made(0, context.progress));
+  // Where nobody has the model as it was made, nothing of it is known to be as it was then.
+  const std::vector<bool> in_place =
+      first ? roots_in_place(mesh, first->slab_mesh()) : std::vector<bool>(mesh.roots().size());
   const auto moved = static_cast<std::size_t>(std::ranges::count(in_place, false));
   verify::Certificate certificate;
   verify::SampleCheck samples;

@@ -47,7 +47,7 @@ std::string verdict_of(RefineWhere where, const Refined& refined, const Snapshot
   switch (where) {
     case RefineWhere::Saturated:
       if (refined.saturated_before == 0 && refined.slabs_leaning == 0)
-        return "Nothing to do: no sample stands at the end of its fibre";
+        return "Nothing to do: tools have brought no sample to the end of its fibre";
       if (!refined.model.head && refined.saturated_before == 0)
         return fmt::format("Nothing to do: fibres lean in {} slabs, whose grids are fine enough",
                            refined.slabs_leaning);
@@ -88,11 +88,12 @@ Status run_refine(const RefineOptions& o, const Context& context) {
   if (!in_place) RELIEF_CHECK(check_strokes(o.out, o.force, context.progress));
   const Model model = read->model();
   const double start = process_cpu_seconds();
+  RELIEF_TRY(const SnapshotPtr as_made, read->as_made(read->stroke_count(), context.progress));
+  const bool untouched = as_made && as_made->content_hash() == model.head->content_hash();
   // New slabs for what nobody has touched would only lose a little.
   Refined refined{.model = {model.info, nullptr}};
-  if (where != RefineWhere::Model || read->stroke_count() > 0) {
-    RELIEF_TRY(const SnapshotPtr converted, read->at(0, context.progress));
-    RELIEF_TRY(refined, refine(model, where, converted, context.progress));
+  if (where != RefineWhere::Model || !untouched) {
+    RELIEF_TRY(refined, refine(model, where, as_made, context.progress));
   }
   read.reset();
   const double seconds = process_cpu_seconds() - start;
@@ -106,10 +107,10 @@ Status run_refine(const RefineOptions& o, const Context& context) {
     print_json(json_of(refined, *model.head, after, seconds));
     return {};
   }
-  const bool untouched = where == RefineWhere::Model && !refined.model.head;
   print(printable(o.out) + ": " +
-        (untouched ? "Nothing to do: no stroke has changed the model since its slabs were made"
-                   : verdict_of(where, refined, *model.head, after)) +
+        (where == RefineWhere::Model && untouched
+             ? "Nothing to do: no stroke has changed the model since its slabs were made"
+             : verdict_of(where, refined, *model.head, after)) +
         "\n");
   return {};
 }

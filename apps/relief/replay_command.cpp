@@ -185,7 +185,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                       },
                                       next_part("reading")));
     model = std::move(found);
-    make_room = room_maker(source_diagonal({.info = info, .head = model}));
+    make_room = room_maker(info.source_diagonal);
     RELIEF_CHECK(check_tool_radius(o.tool_radius, {.info = info, .head = model}, o.recording));
   }
   ordered_json json = summary_of(replay);

@@ -325,7 +325,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   auto& [file, done] = opened;
   Listener listener;
   const std::size_t before = done;
-  RoomMaker make_room = room_maker(source_diagonal(file.model()));
+  RoomMaker make_room = room_maker(file.model().info.source_diagonal);
   RELIEF_TRY(Document document,
              Document::open(o.out, std::move(file), {.on_event = listener.sink(), .make_room = std::move(make_room)}));
   Status ended = play_all(document, listener, o, std::span(strokes).subspan(before), context);
@@ -457,7 +457,7 @@ Status run_live(const SculptOptions& given, const Context& context) {
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, opened.device->info()));
   Listener listener;
-  RoomMaker make_room = room_maker(source_diagonal(file.model()));
+  RoomMaker make_room = room_maker(file.model().info.source_diagonal);
   RELIEF_TRY(Document document,
              Document::open(o.out, std::move(file), {.on_event = listener.sink(), .make_room = std::move(make_room)}));
   Status ended;

@@ -289,12 +289,12 @@ void MainWindow::refine_model(const QString& title, RefineWhere where) {
   ModelInfo info = document->info();
   bridge_.post(ChangeCage{.label = label.toStdString(),
                           .details = {},
-                          .make = [info, where](const SnapshotPtr& model, const SnapshotPtr& first,
+                          .make = [info, where](const SnapshotPtr& model, const ChangeCage::AsMade& as_made,
                                                 const Progress& progress) -> Result<SnapshotPtr> {
-                            RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, first, progress));
+                            RELIEF_TRY(const SnapshotPtr made, as_made(progress));
+                            RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, made, progress));
                             return refined.model.head;
-                          },
-                          .compares = true});
+                          }});
   refresh();
 }
 

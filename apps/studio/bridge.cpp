@@ -20,7 +20,7 @@ DocumentBridge::~DocumentBridge() {
 Status DocumentBridge::open(const std::filesystem::path& place, ModelFile file) {
   RELIEF_CHECK(close());
   DocumentSettings settings;
-  settings.make_room = make_room_ ? make_room_ : room_maker(source_diagonal(file.model()));
+  settings.make_room = make_room_ ? make_room_ : room_maker(file.model().info.source_diagonal);
   settings.on_event = [this](const Event& event) { take(event); };
   RELIEF_TRY(Document made, Document::open(place, std::move(file), std::move(settings)));
   document_ = std::make_unique<Document>(std::move(made));

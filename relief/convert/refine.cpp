@@ -39,57 +39,53 @@ float end_of(const SlabMesh& mesh, SlabId s) {
   return static_cast<float>(std::min(std::max(goals.fade_share * kBelow, spacings), kBelow / 2) / 2);
 }
 
-/// Where a surface stands at the end of its fibres because tools have brought it there.
-class WornOut {
- public:
-  /// `converted` may be null.
-  WornOut(const Snapshot& model, const Snapshot* converted) : model_(model), converted_(converted) {}
+/// A sample that stands at the end of its fibre because tools have brought it there.
+struct WornSample {
+  SlabId slab = kNoSlab;
+  Vec3d position;
+  bool below = true;  ///< it is the inner end
+};
 
-  /// Calls visit(GridPoint, whether it is the inner end) for the samples of a slab.
-  template <typename Visit>
-  void for_each_sample(SlabId s, Visit&& visit) {
-    const SlabMesh& mesh = model_.slab_mesh();
-    const float* alpha = model_.displacement(s);
+/// Returns whether conversion has put the surface as near to the end of a fibre as a sample is now: it left little clay
+/// in thin walls. A tool that comes to the end has taken more than it leaves, for it fades out in the last half at
+/// most; so the surface as it was made lies beyond twice what is left. All along the fibre, however it leans.
+bool was_made_there(const Snapshot& made, const SlabCorners& corners, const std::array<double, 3>& shares, float alpha,
+                    bool below, PickHint& hint) {
+  constexpr double kRounding = 1e-6;  // of a fibre: twenty steps of an alpha
+  const double left = below ? double(alpha) : 1 - double(alpha);
+  const auto at = [&](double from_end) { return corners.point(shares, below ? from_end : 1 - from_end); };
+  const Vec3d from = at(-kRounding), way = at(2 * left + kRounding) - from;
+  // Along the border of an open surface a ray may pass beside what lies there.
+  const double rounding = kRounding * length(corners.point(shares, 1) - corners.point(shares, 0));
+  if (length(closest_point(made, at(left), hint).position - at(left)) <= rounding) return true;
+  const auto met = raycast(made, {from, way}, hint);
+  return met && met->distance <= 1;
+}
+
+/// Finds such samples, slab by slab. `made` is the surface as it was when its slabs were new; where it is null, all
+/// that stand at an end. Stops when it is cancelled.
+std::vector<WornSample> find_worn(const Snapshot& model, const Snapshot* made, const Progress& progress) {
+  const SlabMesh& mesh = model.slab_mesh();
+  std::vector<WornSample> worn;
+  PickHint hint;
+  for (SlabId s = 0; s < mesh.slab_count() && !progress.cancelled(); ++s) {
+    progress("clay", static_cast<double>(s) / mesh.slab_count());
+    const float* alpha = model.displacement(s);
     const int n = mesh.intervals(s);
     const float end = end_of(mesh, s);
+    const SlabCorners corners = mesh.corners(s);
     std::size_t index = 0;
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i + j <= n; ++i, ++index) {
         const bool below = alpha[index] <= end;
-        if ((below || alpha[index] >= 1 - end) && was_moved_there(s, {i, j}, alpha[index]))
-          visit(GridPoint{i, j}, below);
+        if (!below && alpha[index] < 1 - end) continue;
+        const std::array<double, 3> shares = {double(n - i - j) / n, double(i) / n, double(j) / n};
+        if (made != nullptr && was_made_there(*made, corners, shares, alpha[index], below, hint)) continue;
+        worn.push_back({s, sample_position(model, s, {i, j}), below});
       }
   }
-  [[nodiscard]] std::size_t count(SlabId s) {
-    std::size_t sum = 0;
-    for_each_sample(s, [&](GridPoint, bool) { ++sum; });
-    return sum;
-  }
-  [[nodiscard]] std::size_t count() {
-    std::size_t sum = 0;
-    for (SlabId s = 0; s < model_.slab_mesh().slab_count(); ++s) sum += count(s);
-    return sum;
-  }
-
- private:
-  /// Conversion leaves little clay in thin walls. A tool that comes to the end has taken more than it leaves, for it
-  /// fades out in the last half at most.
-  [[nodiscard]] bool was_moved_there(SlabId s, GridPoint p, float alpha) {
-    if (converted_ == nullptr) return true;
-    const int n = model_.slab_mesh().intervals(s);
-    const std::array<int, 3> w = weights(n, p);
-    const SlabCorners corners = model_.slab_mesh().corners(s);
-    const std::array<double, 3> shares = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
-    const double fibre = length(corners.point(shares, 1) - corners.point(shares, 0));
-    const Vec3d at = sample_position(model_, s, p);
-    return length(closest_point(*converted_, at, hint_).position - at) >
-           fibre * std::min(double(alpha), 1 - double(alpha));
-  }
-
-  const Snapshot& model_;
-  const Snapshot* converted_;
-  PickHint hint_;
-};
+  return worn;
+}
 
 /// Distances between two surfaces.
 struct Distances {
@@ -133,12 +129,11 @@ constexpr double kClayWanted = 0.08;
 constexpr double kSaturatedShare = 0.01;
 
 /// One solid for each end of the fibres of a slab that has run out there, as wide as what has.
-void want_room(const Snapshot& model, WornOut& worn, SlabId s, double diagonal, RoomWanted& wanted) {
-  const SlabMesh& mesh = model.slab_mesh();
-  const SlabCorners corners = mesh.corners(s);
+void want_room(const SlabMesh& mesh, std::span<const WornSample> of_slab, double diagonal, RoomWanted& wanted) {
+  const SlabCorners corners = mesh.corners(of_slab.front().slab);
   const Vec3d out = normalized(corners.fibre(0) + corners.fibre(1) + corners.fibre(2));
   std::array<Box3d, 2> boxes;
-  worn.for_each_sample(s, [&](GridPoint p, bool below) { boxes[below ? 0 : 1].add(sample_position(model, s, p)); });
+  for (const WornSample& sample : of_slab) boxes[sample.below ? 0 : 1].add(sample.position);
   for (const bool below : {true, false}) {
     const Box3d& box = boxes[below ? 0 : 1];
     if (box.empty()) continue;
@@ -284,22 +279,25 @@ Status make_finer_where_leaning(SnapshotPtr& model, Refined& result, const Progr
   return {};
 }
 
-Status make_room_where_saturated(const Model& model, const Snapshot* converted, double diagonal, Refined& result,
-                                 const Progress& progress) {
+Status make_room_where_saturated(const Model& model, std::span<const WornSample> worn, const Snapshot* made_as,
+                                 Refined& result, const Progress& progress) {
   RoomWanted wanted;
-  WornOut worn(*model.head, converted);
-  for (SlabId s = 0; s < model.head->slab_mesh().slab_count(); ++s)
-    if (static_cast<double>(worn.count(s)) >
-        kSaturatedShare * static_cast<double>(sample_count(model.head->slab_mesh().intervals(s))))
-      want_room(*model.head, worn, s, diagonal, wanted);
+  const SlabMesh& mesh = model.head->slab_mesh();
+  const double diagonal = source_diagonal(model);
+  for (std::size_t first = 0, last = 0; first < worn.size(); first = last) {
+    const SlabId s = worn[first].slab;
+    while (last < worn.size() && worn[last].slab == s) ++last;
+    if (static_cast<double>(last - first) > kSaturatedShare * static_cast<double>(sample_count(mesh.intervals(s))))
+      want_room(mesh, worn.subspan(first, last - first), diagonal, wanted);
+  }
   SnapshotPtr head = model.head;
   if (!wanted.empty()) {
     RELIEF_TRY(const RoomMade made, make_room(*head, wanted, {.diagonal = diagonal}, progress));
     result.fibres_moved = made.moved.size();
     result.fibres_lacking = made.after.size();
     RELIEF_TRY(head, with_room(head, made));
+    result.saturated_after = find_worn(*head, made_as, progress).size();
   }
-  result.saturated_after = WornOut(*head, converted).count();
   RELIEF_CHECK(make_finer_where_leaning(head, result, progress));
   if (head == model.head) return {};
   measure(*model.head, *head, result, progress);
@@ -360,7 +358,7 @@ Status make_anew(const Model& model, Refined& result, const Progress& progress) 
   bring_layers(*model.head, draft, progress);
   result.model.head = draft.finish();
   measure(*model.head, *result.model.head, result, progress);
-  result.saturated_after = 0;  // all fibres are new
+  result.saturated_after = 0;  // as they are made
   return {};
 }
 
@@ -374,21 +372,21 @@ std::optional<RefineWhere> refine_where_from_name(std::string_view text) noexcep
   return static_cast<RefineWhere>(found - kNames.begin());
 }
 
-Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr& before_strokes,
-                       const Progress& progress) {
-  const Snapshot* const converted = before_strokes.get();
+Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr& as_made, const Progress& progress) {
+  const Snapshot* const made = as_made.get();
   Refined result{.model = {model.info, nullptr}};
-  result.saturated_before = result.saturated_after = WornOut(*model.head, converted).count();
-  const double diagonal = source_diagonal(model);
+  const std::vector<WornSample> worn = find_worn(*model.head, made, progress);
+  if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  result.saturated_before = result.saturated_after = worn.size();
   switch (where) {
     case RefineWhere::Saturated:
-      RELIEF_CHECK(make_room_where_saturated(model, converted, diagonal, result, progress));
+      RELIEF_CHECK(make_room_where_saturated(model, worn, made, result, progress));
       break;
     case RefineWhere::All: {
       const Detail detail = twice_as_fine(*model.head, [](SlabId) { return true; }, true, kMaxIntervals);
       RELIEF_TRY(result.model.head, with_detail(model.head, detail));
       measure(*model.head, *result.model.head, result, progress);
-      result.saturated_after = WornOut(*result.model.head, converted).count();
+      result.saturated_after = find_worn(*result.model.head, made, progress).size();
       break;
     }
     case RefineWhere::Model:

@@ -7,6 +7,7 @@
 #include <relief/convert/room/surface_resampling.h>
 #include <relief/convert/support/sort_unique.h>
 #include <relief/convert/support/words.h>
+#include <relief/core/model.h>
 #include <relief/core/query.h>
 
 #include <algorithm>
@@ -114,7 +115,7 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
     made.tiles = std::move(anew.tiles);
     made.lengthened = longer.lengthened;
     made.turned = longer.turned;
-    made.folded = anew.folded;
+    made.sampled = std::move(anew.sampled);
     made.surface_moved = anew.moved_most;
     return made;
   }
@@ -160,8 +161,12 @@ RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double dia
   return {RoomBar::Fibres};
 }
 
-RoomMaker room_maker(double diagonal) {
-  return [diagonal](const SnapshotPtr& surface, const RoomWanted& wanted, const Progress& progress) -> Result<Room> {
+RoomMaker room_maker(double source_diagonal) {
+  return [source_diagonal](const SnapshotPtr& surface, const RoomWanted& wanted,
+                           const Progress& progress) -> Result<Room> {
+    ModelInfo info;
+    info.source_diagonal = source_diagonal;
+    const double diagonal = relief::source_diagonal({.info = info, .head = surface});
     RELIEF_TRY(const RoomMade made, make_room(*surface, wanted, {.diagonal = diagonal}, progress));
     Room room;
     room.fibres = made.moved.size();
@@ -171,7 +176,7 @@ RoomMaker room_maker(double diagonal) {
     room.bar = barred.by;
     room.bar_distance = barred.distance;
     room.overhang = made.overhang_after > Room::kLeastOverhang * diagonal ? made.overhang_after : 0;
-    room.folded = made.folded;
+    room.sampled = made.sampled;
     if (!made.moved.empty()) {
       RELIEF_TRY(room.model, with_room(surface, made));
     }

@@ -53,14 +53,14 @@ struct RoomLack {
 /// Holds what was made for a wish. Nothing has moved where there was room before, or nothing could be made that passes
 /// all tests.
 struct RoomMade {
-  std::vector<MovedFibre> moved;  ///< by ascending number
-  std::vector<MovedTile> tiles;   ///< of every layer, for all slabs around a moved fibre; ascending within a layer
-  std::vector<RoomLack> before;   ///< slabs that lacked room, with the worst place of each
-  std::vector<RoomLack> after;    ///< and those that still do
-  std::size_t lengthened = 0;     ///< fibres that reach further
-  std::size_t turned = 0;         ///< fibres that point elsewhere
-  std::size_t given_up = 0;       ///< fibres that had to stay because the surface could not be sampled along them
-  std::size_t folded = 0;         ///< new samples whose fibre meets the surface several times, or just beyond an end
+  std::vector<MovedFibre> moved;     ///< by ascending number
+  std::vector<MovedTile> tiles;      ///< of every layer, for all slabs around a moved fibre; ascending within a layer
+  std::vector<RoomLack> before;      ///< slabs that lacked room, with the worst place of each
+  std::vector<RoomLack> after;       ///< and those that still do
+  std::size_t lengthened = 0;        ///< fibres that reach further
+  std::size_t turned = 0;            ///< fibres that point elsewhere
+  std::size_t given_up = 0;          ///< fibres that had to stay because the surface could not be sampled along them
+  std::vector<SampledAnew> sampled;  ///< the slabs of these tiles, ascending
   double surface_moved = 0;  ///< how far the surface lies from the old one at most, outside the solids; model units
   /// Fibres that lean may reach a solid that lies beside the surface above them, and tools then cut all that is
   /// between: the widest such distance, model units. Longer fibres reach further.
@@ -88,7 +88,8 @@ struct RoomBarred {
 /// A ray or two.
 [[nodiscard]] RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double diagonal);
 
-/// Both together, for a document (see DocumentSettings::make_room).
-[[nodiscard]] RoomMaker room_maker(double diagonal);
+/// Both together, for a document (see DocumentSettings::make_room). Where the source's diagonal is not known (0), that
+/// of the cage of each surface takes its place, so that who repeats a recording has the same.
+[[nodiscard]] RoomMaker room_maker(double source_diagonal);
 
 }  // namespace relief

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace relief {
@@ -38,6 +39,20 @@ enum class RoomBar : std::uint8_t {
   Fibres,     ///< neither: the fibres beside it leave no space, or would meet the surface twice
 };
 
+/// A slab whose samples were taken anew, on fibres that have moved.
+struct SampledAnew {
+  SlabId slab = kNoSlab;   ///< which slab
+  std::size_t folded = 0;  ///< how many of its fibres meet the surface several times, or just beyond an end; of samples
+                           ///< that slabs share, the first has it
+};
+
+/// Returns the folded samples of all.
+[[nodiscard]] inline std::size_t folded_in(std::span<const SampledAnew> slabs) noexcept {
+  std::size_t sum = 0;
+  for (const SampledAnew& slab : slabs) sum += slab.folded;
+  return sum;
+}
+
 /// The same surface on a cage whose fibres were moved, certified again. Slabs keep their numbers, those beside which no
 /// fibre was moved their tiles, too.
 struct Room {
@@ -50,7 +65,7 @@ struct Room {
   /// An undercut, which slabs cannot hold: how far beside the surface the stroke goes under it, model units. Tools cut
   /// all that is between. 0 where it is below kLeastOverhang.
   double overhang = 0;
-  std::size_t folded = 0;  ///< new samples whose fibre meets the surface several times, or just beyond an end
+  std::vector<SampledAnew> sampled = {};          ///< all slabs beside a moved fibre
   static constexpr double kLeastOverhang = 1e-3;  ///< of the diagonal: what a place may miss the tool by untold
 };
 

@@ -76,8 +76,9 @@ class StrokeEngine {
   std::unique_ptr<State> state_;
 };
 
-/// Plays a whole stroke. Cancelled: the editor's head is what it was, the result says that nothing changed. A brush
-/// without a positive finite radius and a stroke of more than kMaxStrokeDabs dabs change nothing.
+/// Plays a whole stroke on the fibres that there are; one that gets room needs a Document. Cancelled: the editor's head
+/// is what it was, the result says that nothing changed. A brush without a positive finite radius and a stroke of more
+/// than kMaxStrokeDabs dabs change nothing.
 StrokeResult play(Editor& editor, const Stroke& stroke, const Progress& progress = {});
 
 }  // namespace relief

@@ -337,6 +337,21 @@ Result<std::int64_t> CageRows::last_whole(std::int64_t stroke) const {
   return row ? get.integer(0) : 0;
 }
 
+Result<std::int64_t> CageRows::slabs_made_at(std::int64_t stroke, const Meta& meta) const {
+  RELIEF_TRY(std::int64_t whole, last_whole(stroke));
+  RELIEF_TRY(CageState now, read_whole(whole, meta));
+  while (whole > 0) {
+    RELIEF_TRY(const std::int64_t before, last_whole(whole - 1));
+    RELIEF_TRY(CageState earlier, read_whole(before, meta));
+    const bool same_slabs =
+        std::ranges::equal(now.roots, earlier.roots, {}, &SlabMesh::Face::fibres, &SlabMesh::Face::fibres);
+    if (!same_slabs) break;
+    whole = before;
+    now = std::move(earlier);
+  }
+  return whole;
+}
+
 Result<std::vector<std::int64_t>> CageRows::changes(std::int64_t after, std::int64_t last) const {
   std::set<std::int64_t> strokes;
   RELIEF_TRY(Statement rows, database_.prepare("SELECT part FROM cage"));

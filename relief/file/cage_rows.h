@@ -110,6 +110,8 @@ class CageRows {
   };
   /// Takes the changes of a stroke over.
   [[nodiscard]] Result<Step> apply(std::int64_t stroke, CageState& cage) const;
+  /// Returns the last stroke up to this one that made new slabs; 0 where none did.
+  [[nodiscard]] Result<std::int64_t> slabs_made_at(std::int64_t stroke, const Meta& meta) const;
   /// Returns what the verifier proved of the roots at a stroke.
   [[nodiscard]] Result<std::string> certificate(std::int64_t stroke, const Meta& meta) const;
 

@@ -107,12 +107,13 @@ Status write_model(const Database& database, const Model& model, const Meta& met
 }
 
 /// Returns the model's facts and layers as a new file will hold them.
-Meta meta_of(const Model& model, const Progress& progress) {
+Meta meta_of(const Model& model, FirstState first, const Progress& progress) {
   const SlabMesh& mesh = model.head->slab_mesh();
   return {.info = model.info,
           .fibres = static_cast<std::int64_t>(mesh.root_fibres().size()),
           .slabs = static_cast<std::int64_t>(mesh.roots().size()),
-          .certificate = certificate_text(mesh, progress)};
+          .certificate = certificate_text(mesh, progress),
+          .first_sculpted = first == FirstState::Sculpted};
 }
 LayerTable layers_of(const Snapshot& head) {
   const CageState cage = detail::cage_of(head);
@@ -441,7 +442,8 @@ ModelFile::ModelFile(ModelFile&&) noexcept = default;
 ModelFile& ModelFile::operator=(ModelFile&&) noexcept = default;
 ModelFile::~ModelFile() = default;
 
-Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Model& model, const Progress& progress) {
+Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Model& model, const Progress& progress,
+                                    FirstState first) {
   RELIEF_ASSERT(model.head != nullptr);
   const auto refuse = [&](const Error& why) {
     std::string text = "'";
@@ -461,7 +463,7 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
     RELIEF_TRY(Replacement replacement, Replacement::make(file, detail::model_kind()));
     {
       const Progress saving = part_of(progress, "save", kCheckedShare, 1);
-      RELIEF_TRY(ModelFile unsaved, make_unsaved(replacement.file(), file, model, saving));
+      RELIEF_TRY(ModelFile unsaved, make_unsaved(replacement.file(), file, model, first, saving));
       // What is not in its place yet can still be given up.
       if (progress.cancelled()) return unsaved.state_->database.cancelled();
       made = State{.database = {}, .meta = unsaved.state_->meta, .layers = unsaved.state_->layers, .model = model};
@@ -474,11 +476,11 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
 }
 
 Result<ModelFile> ModelFile::make_unsaved(const std::filesystem::path& place, const std::filesystem::path& named,
-                                          const Model& model, const Progress& progress) {
+                                          const Model& model, FirstState first, const Progress& progress) {
   RELIEF_TRY(Database database, Database::open(place, Database::Access::Write, detail::model_kind(), named));
   constexpr double kProvenShare = 0.3;  // of the time
   auto state = std::make_unique<State>(State{.database = std::move(database),
-                                             .meta = meta_of(model, part_of(progress, "save", 0, kProvenShare)),
+                                             .meta = meta_of(model, first, part_of(progress, "save", 0, kProvenShare)),
                                              .layers = layers_of(*model.head),
                                              .model = model});
   if (progress.cancelled()) return state->database.cancelled();
@@ -617,6 +619,26 @@ Result<SnapshotPtr> ModelFile::at(std::uint64_t stroke, const SnapshotPtr& near,
 
 Result<SnapshotPtr> ModelFile::at(std::uint64_t stroke, const Progress& progress) const {
   return at(stroke, model().head, stroke_count(), progress);
+}
+
+Result<SnapshotPtr> ModelFile::as_made(std::uint64_t stroke, const Progress& progress) const {
+  const State& state = *state_;
+  if (stroke > static_cast<std::uint64_t>(state.meta.last))
+    return state.database.failure(Errc::NotFound, "has no stroke " + std::to_string(stroke));
+  const auto read = [&]() -> Result<SnapshotPtr> {
+    RELIEF_TRY(const std::int64_t made, state.reading([&] {
+      return Rows(state.database).cage().slabs_made_at(static_cast<std::int64_t>(stroke), state.meta);
+    }));
+    if (made == 0 && first_state() == FirstState::Sculpted) return SnapshotPtr();
+    return at(static_cast<std::uint64_t>(made), progress);
+  };
+  Result<SnapshotPtr> found = read();
+  if (!found && found.error().code == Errc::Corrupt) return SnapshotPtr();
+  return found;
+}
+
+FirstState ModelFile::first_state() const noexcept {
+  return state_->meta.first_sculpted ? FirstState::Sculpted : FirstState::AsMade;
 }
 
 Result<std::uint64_t> ModelFile::undo(std::uint64_t strokes, const Progress& progress) {

@@ -43,6 +43,12 @@ struct Salvaged {
   std::vector<std::string> lost{};  ///< each a clause, such as "strokes 3 to 7 (damaged)"; empty where nothing is
 };
 
+/// Says what the first state of a new file is, the model before its first stroke.
+enum class FirstState : std::uint8_t {
+  AsMade,    ///< its slabs are new: the surface lies where conversion has put it
+  Sculpted,  ///< strokes have changed it that the file does not have
+};
+
 /// An open model file. One thread at a time. While it is open for writing, others can read it; a second writer, in this
 /// process or another, gets Io ("in use") after two seconds. Whatever happens to the process, the file is a whole model
 /// at the last committed stroke. All errors name the file. What takes a Progress can be cancelled: then nothing has
@@ -53,7 +59,7 @@ class ModelFile {
   /// left beside it, is replaced. Errors: Io (also when the old file is in use), InvalidArgument (samples out of range
   /// or torn at an edge), Cancelled.
   [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model,
-                                                const Progress& progress = {});
+                                                const Progress& progress = {}, FirstState first = FirstState::AsMade);
   /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
   /// and constrained samples and ranges; whether its slabs are sound is asked with doubt(). Rows that only other
   /// strokes need may be damaged: see damage(). Errors: NotFound, Io, Corrupt (the sentence names the remedy,
@@ -100,6 +106,12 @@ class ModelFile {
                                        const Progress& progress = {}) const;
   /// Returns the same, near model().
   [[nodiscard]] Result<SnapshotPtr> at(std::uint64_t stroke, const Progress& progress = {}) const;
+  /// Returns the model as it was when the slabs that it has at a stroke were new, before any tool had worked on them:
+  /// the first state, or that of the stroke which made them. Null where the file does not have it, or has it damaged.
+  /// Errors: NotFound, Io, Cancelled.
+  [[nodiscard]] Result<SnapshotPtr> as_made(std::uint64_t stroke, const Progress& progress = {}) const;
+  /// Returns what the first state is. Files of older programs say AsMade.
+  [[nodiscard]] FirstState first_state() const noexcept;
 
   /// Writes that in which `head` differs from model(), as one transaction: tiles, cuts, grids, fibres that moved, or
   /// all of another cage. What follows from before by with_detail() takes next to no room. Strokes that had been undone
@@ -124,7 +136,7 @@ class ModelFile {
   /// Returns a new model in an empty file that nobody else sees yet: nothing of it is sure to be on disk.
   [[nodiscard]] static Result<ModelFile> make_unsaved(const std::filesystem::path& place,
                                                       const std::filesystem::path& named, const Model& model,
-                                                      const Progress& progress);
+                                                      FirstState first, const Progress& progress);
   std::unique_ptr<State> state_;
 };
 

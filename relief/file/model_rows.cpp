@@ -57,6 +57,7 @@ std::int64_t Meta::checksum() const {
   hash.add_bytes(bytes_of(info.source));
   hash.add_bytes(bytes_of(certificate));
   if (float_colours) hash.add(1U);
+  if (first_sculpted) hash.add(2U);
   return stored(hash);
 }
 
@@ -99,6 +100,7 @@ Status Rows::write_meta(const Meta& meta) const {
   RELIEF_CHECK(write("slabs", meta.slabs));
   RELIEF_CHECK(write("certificate", std::string_view(meta.certificate)));
   if (meta.float_colours) RELIEF_CHECK(write("float_colours", std::int64_t{1}));
+  if (meta.first_sculpted) RELIEF_CHECK(write("first_sculpted", std::int64_t{1}));
   return write_place(meta, put);
 }
 
@@ -214,7 +216,8 @@ Result<Meta> Rows::read_meta() const {
             .current = integers["current"],
             .last = integers["last"],
             .certificate = texts["certificate"],
-            .float_colours = integers["float_colours"] != 0};
+            .float_colours = integers["float_colours"] != 0,
+            .first_sculpted = integers["first_sculpted"] != 0};
   if (meta.checksum() != integers["checksum"]) return damaged("its facts fail their checksum");
   RELIEF_TRY(const std::int64_t version, database_.integer("PRAGMA user_version"));
   if (meta.format != version || meta.fibres < 3 || meta.slabs < 1 || meta.slabs > std::int64_t{1} << 30 ||

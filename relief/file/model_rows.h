@@ -32,6 +32,7 @@ struct Meta {
   std::int64_t current = 0, last = 0;  ///< strokes: in effect; the last that can be redone
   std::string certificate;             ///< what the verifier proved when the file was made, such as "C0 C1 C3"
   bool float_colours = false;          ///< it was of format 1 or 2
+  bool first_sculpted = false;         ///< see FirstState
 
   [[nodiscard]] std::int64_t checksum() const;
   /// Returns the same model in the newest format, which its rows fit, too.

@@ -104,7 +104,8 @@ Result<Facts> facts_of(const Database& source, std::int64_t fibres, std::int64_t
             .current = integers["current"],
             .last = integers["last"],
             .certificate = texts["certificate"],
-            .float_colours = integers["float_colours"] != 0};
+            .float_colours = integers["float_colours"] != 0,
+            .first_sculpted = integers["first_sculpted"] != 0};
   // How samples are packed hangs on the format, which stands in the file twice; the checksum tells which is right.
   const auto header = source.integer("PRAGMA user_version");
   for (const std::int64_t format : {meta.format, header.value_or(0)}) {
@@ -354,10 +355,11 @@ Result<bool> ModelFile::Rescued::write(const Salvaged& span, const std::filesyst
   RELIEF_TRY(const std::vector<StrokeRecord> records, source->strokes());
   Model model{.info = source->model().info, .head = *head};
   model.info.source_diagonal = source_diagonal(model);
+  const FirstState first = span.first == 0 ? source->first_state() : FirstState::Sculpted;
 
   RELIEF_TRY(Replacement replacement, Replacement::make(to, detail::model_kind()));
   {
-    RELIEF_TRY(ModelFile saved, make_unsaved(replacement.file(), to, model, quiet));
+    RELIEF_TRY(ModelFile saved, make_unsaved(replacement.file(), to, model, first, quiet));
     const std::uint64_t count = span.last - span.first;
     for (stroke = span.first + 1; stroke <= span.last; ++stroke) {
       const std::uint64_t done = stroke - span.first;

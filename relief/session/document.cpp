@@ -12,8 +12,10 @@
 #include <condition_variable>
 #include <deque>
 #include <future>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -89,6 +91,11 @@ bool same_layers(const Snapshot& a, const Snapshot& b) {
   return true;
 }
 
+/// Returns whether the slabs are the same ones; they may be cut, and their fibres have moved.
+bool same_slabs(const Snapshot& a, const Snapshot& b) {
+  return std::ranges::equal(a.slab_mesh().roots(), b.slab_mesh().roots(), {}, &Slab::fibres, &Slab::fibres);
+}
+
 std::uint64_t tiles_between(const Snapshot& from, const Snapshot& to) {
   std::uint64_t tiles = 0;
   for_each_change(from, to, [&](Layer, SlabId) { ++tiles; });
@@ -103,7 +110,7 @@ struct Document::State {
       : settings(std::move(given)),
         info(first.info),
         has_file(file.has_value()),
-        history(first.head, strokes, position),
+        history(first.head, strokes, position, has_file),
         editor(first.head),
         engine(editor),
         channel(first.head),
@@ -275,13 +282,19 @@ struct Document::State {
     int unseen = 0;         ///< dabs since the last publication
     Box3d box;              ///< of these
     bool said_limit = false, said_miss = false, said_coarse = false;
-    RoomWanted wanted;             ///< by what it has done so far
-    int rooms = 0;                 ///< how often room was made
-    bool ends = false;             ///< room is made at its end
-    bool is_full = false;          ///< no more room can be made
-    std::uint64_t room_asked = 0;  ///< number of the job that makes room for it; 0: none
-    double overhang = 0;           ///< the widest of the rooms
-    std::size_t folded = 0;        ///< of all rooms
+    RoomWanted wanted;                     ///< by what it has done so far
+    int rooms = 0;                         ///< how often room was made
+    bool ends = false;                     ///< room is made at its end
+    bool is_full = false;                  ///< no more room can be made
+    std::uint64_t room_asked = 0;          ///< number of the job that makes room for it; 0: none
+    double overhang = 0;                   ///< the widest of the rooms
+    std::map<SlabId, std::size_t> folded;  ///< samples of each slab, after all rooms
+
+    [[nodiscard]] std::size_t folded_samples() const {
+      std::size_t sum = 0;
+      for (const auto& [slab, samples] : folded) sum += samples;
+      return sum;
+    }
   };
 
   /// From now on a cancel of that source reaches the stroke inside.
@@ -384,6 +397,7 @@ struct Document::State {
     if (open->rooms > 0) begin_again();
     StrokeResult result = engine.end();
     while (result.limited > 0 && make_room_at_end(base)) result = engine.end();
+    set_open(kNobody);
     if (stop.load()) {
       cancel_ended_stroke();
       return;
@@ -418,7 +432,7 @@ struct Document::State {
             .result = result,
             .tiles = result.changed ? tiles_between(*open->start, *editor.head()) : 0,
             .overhang = open->overhang,
-            .folded = open->folded,
+            .folded = open->folded_samples(),
             .seconds = static_cast<double>(open->cpu + thread_cpu_ns() - start) * 1e-9};
   }
 
@@ -483,7 +497,13 @@ struct Document::State {
     editor.set_head(base);
     engine.begin(open->stroke.brush, open->stroke.tip);
     open->wanted.cut.clear();  // they come again; fills do not, where there is room now
-    engine.move(open->stroke.points);
+    const std::span<const StrokePoint> points = open->stroke.points;
+    const std::size_t hundredth = points.size() / 100, part = open->ends ? hundredth + 1 : points.size();
+    for (std::size_t k = 0; k < points.size(); k += part) {
+      engine.move(points.subspan(k, std::min(part, points.size() - k)));
+      if (open->ends && hundredth > 0)
+        emit(Progressed{"stroke", static_cast<double>(k) / static_cast<double>(points.size())});
+    }
     replaying = false;
     open->box = {};
   }
@@ -495,8 +515,9 @@ struct Document::State {
     open->rooms = 0;
     open->is_full = false;
     open->overhang = 0;
-    open->folded = 0;
+    open->folded.clear();
     open->wanted = {};
+    set_open(open->source);
     play_again(open->start);
   }
 
@@ -511,9 +532,10 @@ struct Document::State {
     ++open->rooms;
     open->is_full = !made->model;
     open->overhang = std::max(open->overhang, made->overhang);
-    open->folded += made->folded;
+    if (made->model)
+      for (const SampledAnew& slab : made->sampled) open->folded[slab.slab] = slab.folded;
     emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
-                   made->overhang, made->folded});
+                   made->overhang, folded_in(made->sampled)});
     return made->model != nullptr;
   }
 
@@ -531,7 +553,6 @@ struct Document::State {
       base = made->model;
       play_again(base);
     }
-    set_open(kNobody);
     return again;
   }
 
@@ -594,12 +615,17 @@ struct Document::State {
   }
 
   [[nodiscard]] static Status watched() {
-    return fail(Errc::InvalidArgument, "the cage cannot change while a recording is being made");
+    return fail(Errc::InvalidArgument,
+                "fibres and grids cannot change while a recording is being made; end the recording first");
   }
 
-  [[nodiscard]] Result<SnapshotPtr> first_for(const ChangeCage& command) {
-    if (!command.compares) return SnapshotPtr();
-    return state_at(history.first());
+  /// For the state that the history is at.
+  [[nodiscard]] ChangeCage::AsMade as_made() {
+    return [this, held = history.held_as_made(),
+            number = history.last_saved()](const Progress& progress) -> Result<SnapshotPtr> {
+      if (held || !number) return held;
+      return saver.read_as_made(*number, progress.cancel);
+    };
   }
 
   void ask_for_change() {
@@ -607,15 +633,10 @@ struct Document::State {
       end_change(watched());
       return;
     }
-    const Result<SnapshotPtr> first = first_for(changing->command);
-    if (!first) {
-      end_change(std::unexpected(first.error()));
-      return;
-    }
     changing->from = history.at(history.position()).snapshot;
     ++changing->times;
     changing->number = worker.ask([make = changing->command.make, from = changing->from,
-                                   first = *first](const Progress& progress) -> Result<Room> {
+                                   first = as_made()](const Progress& progress) -> Result<Room> {
       auto made = make(from, first, progress);
       if (!made) return std::unexpected(made.error());
       return Room{.model = *made};
@@ -647,8 +668,7 @@ struct Document::State {
 
   /// Whoever sculpts all the time waits for it.
   void change_now() {
-    const Result<SnapshotPtr> first = first_for(changing->command);
-    const auto made = first ? changing->command.make(editor.head(), *first, progress_until(stop_change)) : first;
+    const auto made = changing->command.make(editor.head(), as_made(), progress_until(stop_change));
     if (!made) {
       end_change(std::unexpected(made.error()));
       return;
@@ -659,8 +679,9 @@ struct Document::State {
 
   void push_change(const SnapshotPtr& model) {
     const ChangeCage& command = changing->command;
+    const bool new_slabs = !same_slabs(*editor.head(), *model);
     editor.set_head(model);
-    const std::size_t number = history.push(model, command.label, command.details);
+    const std::size_t number = history.push(model, command.label, command.details, new_slabs);
     {
       const std::scoped_lock lock(counted_mutex);
       labels.resize(number - 1 - history.first());
@@ -796,7 +817,8 @@ struct Document::State {
     kept_range = {
         .low = low, .high = high, .serial = history.at(high).serial, .newest = history.at(history.last()).serial};
     ++moving;
-    saver.elsewhere(save.file, save.cancel, low, history.position(), std::move(kept));
+    const FirstState first = history.at(low).new_slabs ? FirstState::AsMade : FirstState::Sculpted;
+    saver.elsewhere(save.file, save.cancel, low, history.position(), std::move(kept), first);
     has_file = true;
   }
 

@@ -72,11 +72,13 @@ struct SetHistoryBytes {
 /// state, while tools go on. What it makes becomes a step of the history, if the model is still that one when it is
 /// done; otherwise it is asked again, and the third time all wait for it. Null where there is nothing to change.
 struct ChangeCage {
+  /// Gets the model as it was when its slabs were new, from the file perhaps; null where nobody has it any more.
+  /// Called by `make`, on its thread. Errors: Io, Cancelled.
+  using AsMade = std::function<Result<SnapshotPtr>(const Progress&)>;
   std::string label;    ///< what people read
   std::string details;  ///< of the journal, JSON; may be empty
-  /// makes the changed model; called on the worker. `first` is the oldest state of the history, or null
-  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const SnapshotPtr& first, const Progress&)> make;
-  bool compares = false;  ///< whether it gets `first`, which may have to be read from the file
+  /// makes the changed model; called on the worker
+  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const AsMade& as_made, const Progress&)> make;
 };
 /// Drops the changes of the cage that have not ended.
 struct CancelChanges {};
@@ -100,7 +102,7 @@ struct StrokeFinished {
   std::uint64_t stroke = 0;  ///< strokes that stand now
   std::uint64_t tiles = 0;   ///< that it changed
   double overhang = 0;       ///< the widest of the rooms that were made for it, see Room
-  std::size_t folded = 0;    ///< of all these rooms together, see Room
+  std::size_t folded = 0;    ///< after all these rooms, see SampledAnew
   double seconds = 0;        ///< thread CPU time, with undo and publishing
 };
 /// A stroke was not begun, for another source had one open.
@@ -159,7 +161,7 @@ struct RoomEnded {
   RoomBar bar = RoomBar::None;  ///< why those do not
   double bar_distance = 0;      ///< from the surface to what bars the way, model units; 0 for fibres
   double overhang = 0;          ///< see Room
-  std::size_t folded = 0;       ///< see Room
+  std::size_t folded = 0;       ///< of the new samples, see SampledAnew
 };
 /// A ChangeCage has ended.
 struct CageChanged {

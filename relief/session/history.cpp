@@ -26,9 +26,10 @@ std::size_t new_bytes(const Snapshot& from, const Snapshot& to) {
 
 }  // namespace
 
-History::History(SnapshotPtr head, const std::vector<std::string>& labels, std::size_t position) : position_(position) {
+History::History(SnapshotPtr head, const std::vector<std::string>& labels, std::size_t position, bool has_file)
+    : position_(position) {
   RELIEF_ASSERT(position <= labels.size());
-  states_.push_back({.serial = ++serial_, .saved = true});
+  states_.push_back({.serial = ++serial_, .saved = true, .new_slabs = !has_file});
   for (const std::string& label : labels) states_.push_back({.label = label, .serial = ++serial_, .saved = true});
   hold(position, std::move(head));
 }
@@ -40,10 +41,10 @@ std::string_view History::redo_label() const noexcept {
   return position_ < last() ? std::string_view(at(position_ + 1).label) : std::string_view();
 }
 
-std::size_t History::push(SnapshotPtr snapshot, std::string label, std::string text) {
+std::size_t History::push(SnapshotPtr snapshot, std::string label, std::string text, bool new_slabs) {
   drop_after(position_);
   text_bytes_ += text.size();
-  states_.push_back({.label = std::move(label), .text = std::move(text), .serial = ++serial_});
+  states_.push_back({.label = std::move(label), .text = std::move(text), .serial = ++serial_, .new_slabs = new_slabs});
   position_ = last();
   hold(position_, std::move(snapshot));
   return position_;
@@ -100,6 +101,18 @@ std::pair<std::size_t, SnapshotPtr> History::nearest_saved(std::size_t number) c
     nearest = {k, at(k).snapshot};
   }
   return nearest;
+}
+
+SnapshotPtr History::held_as_made() const {
+  for (std::size_t k = position_ + 1; k-- > first_;)
+    if (at(k).new_slabs) return at(k).snapshot;
+  return nullptr;
+}
+
+std::optional<std::size_t> History::last_saved() const {
+  for (std::size_t k = position_ + 1; k-- > first_;)
+    if (at(k).saved) return k;
+  return std::nullopt;
 }
 
 std::pair<std::size_t, std::size_t> History::held_around() const {

@@ -27,11 +27,12 @@ class History {
     std::string text{};        ///< of that stroke, as long as no file has it
     std::uint64_t serial = 0;  ///< another one for each state that there ever was
     bool saved = false;        ///< the file has it
+    bool new_slabs = false;    ///< its slabs were made here: no tool has worked on them
   };
 
   /// `labels` of all strokes, those that were undone at the end; `head` is the state after `position` of them. The
-  /// others are in the file.
-  History(SnapshotPtr head, const std::vector<std::string>& labels, std::size_t position);
+  /// others are in the file, which also knows who made their slabs. Without a file the head's are new.
+  History(SnapshotPtr head, const std::vector<std::string>& labels, std::size_t position, bool has_file);
 
   [[nodiscard]] std::size_t first() const noexcept { return first_; }
   [[nodiscard]] std::size_t last() const noexcept { return first_ + states_.size() - 1; }
@@ -42,7 +43,7 @@ class History {
   [[nodiscard]] std::string_view redo_label() const noexcept;
 
   /// The states after the position go; `state` comes there, and is the position. Returns its number.
-  std::size_t push(SnapshotPtr snapshot, std::string label, std::string text);
+  std::size_t push(SnapshotPtr snapshot, std::string label, std::string text, bool new_slabs = false);
   /// Makes `number` the position; `snapshot` is its state.
   void move_to(std::size_t number, SnapshotPtr snapshot);
   /// The file has the state of that serial number. Returns its number, if it is still one of these.
@@ -53,6 +54,11 @@ class History {
   void keep_only(std::size_t from, std::size_t to);
   /// Returns the held state nearest to a number that the file has, too; null where there is none.
   [[nodiscard]] std::pair<std::size_t, SnapshotPtr> nearest_saved(std::size_t number) const;
+  /// Returns the state that made the slabs of the position, if it is held; null where it is not, or only the file knows
+  /// which one it is.
+  [[nodiscard]] SnapshotPtr held_as_made() const;
+  /// Returns the last state up to the position that the file has, if there is one.
+  [[nodiscard]] std::optional<std::size_t> last_saved() const;
   /// Returns the range of states, the position among them, that are held without a gap: first and last number.
   [[nodiscard]] std::pair<std::size_t, std::size_t> held_around() const;
 

@@ -34,19 +34,41 @@ void Saver::commit(std::uint64_t serial, SnapshotPtr state, StrokeRecord record)
 void Saver::go_to(std::uint64_t number, SnapshotPtr state) { push(Place{number, std::move(state)}); }
 
 void Saver::elsewhere(std::filesystem::path file, std::shared_ptr<const std::atomic<bool>> cancel, std::uint64_t first,
-                      std::uint64_t position, std::vector<Kept> kept) {
+                      std::uint64_t position, std::vector<Kept> kept, FirstState first_state) {
   const std::scoped_lock lock(mutex_);
-  moves_.push_back({std::move(file), std::move(cancel), first, position, std::move(kept), pushed_});
+  moves_.push_back({std::move(file), std::move(cancel), first, position, std::move(kept), first_state, pushed_});
   stalled_ = false;
   wake_.notify_one();
 }
 
 Result<SnapshotPtr> Saver::read(std::uint64_t number, std::uint64_t near_number, const SnapshotPtr& near) {
-  Read read{number, near_number, near, std::nullopt};
+  return wait_for({.read = [&]() -> Result<SnapshotPtr> {
+    if (!file_.has_value()) return fail(Errc::NotFound, "there is no file that has this step");
+    if (near) return file_->at(number - offset_, near, near_number - offset_, progress());
+    return file_->at(number - offset_, progress());
+  }});
+}
+
+Result<SnapshotPtr> Saver::read_as_made(std::uint64_t number, const std::atomic<bool>* cancel) {
+  return wait_for({.read = [&]() -> Result<SnapshotPtr> {
+                     // It may have gone on in a file that does not have so old a state.
+                     if (!file_.has_value() || number < offset_) return SnapshotPtr();
+                     return file_->as_made(number - offset_, progress(cancel));
+                   },
+                   .cancel = cancel});
+}
+
+Result<SnapshotPtr> Saver::wait_for(Read read) {
+  constexpr std::chrono::milliseconds kSeen(50);  // after which people notice that a cancel was not heeded
   std::unique_lock lock(mutex_);
-  read_ = &read;
+  if (ended_) return fail(Errc::Cancelled, "the document was closed");
+  reads_.push_back(&read);
   wake_.notify_one();
-  answered_.wait(lock, [&] { return read.result.has_value(); });
+  while (!answered_.wait_for(lock, kSeen, [&] { return read.result.has_value(); })) {
+    // One that is being read looks at the flag itself.
+    const bool cancelled = read.cancel != nullptr && read.cancel->load();
+    if (cancelled && std::erase(reads_, &read) > 0) return fail(Errc::Cancelled, "cancelled");
+  }
   return *std::move(read.result);
 }
 
@@ -82,7 +104,7 @@ void Saver::run() {
     const auto has_job = [&] { return !jobs_.empty() && !stalled_; };
     // What was done before it goes into the old file first, if that takes it.
     const auto moves_now = [&] { return !moves_.empty() && (!has_job() || popped_ >= moves_.front().after); };
-    const auto has_work = [&] { return read_ != nullptr || !moves_.empty() || has_job() || closing_; };
+    const auto has_work = [&] { return !reads_.empty() || !moves_.empty() || has_job() || closing_; };
     if (stalled_) {
       if (!wake_.wait_for(lock, retry_after_, has_work)) {
         stalled_ = false;
@@ -91,25 +113,28 @@ void Saver::run() {
     } else {
       wake_.wait(lock, has_work);
     }
-    if (read_ != nullptr) {
-      // Its caller waits, so it stays as it is.
-      Read& read = *std::exchange(read_, nullptr);
-      lock.unlock();
-      Result<SnapshotPtr> found =
-          !file_.has_value() ? fail(Errc::NotFound, "there is no file that has this step")
-          : read.near        ? file_->at(read.number - offset_, read.near, read.near_number - offset_, progress())
-                             : file_->at(read.number - offset_, progress());
-      lock.lock();
-      read.result = std::move(found);
-      answered_.notify_one();
+    if (!reads_.empty()) {
+      answer(lock);
     } else if (moves_now()) {
       move(lock);
     } else if (has_job()) {
       write_next(lock);
     } else {
+      ended_ = true;
       return;
     }
   }
+}
+
+void Saver::answer(std::unique_lock<std::mutex>& lock) {
+  // Its caller waits, so it stays as it is.
+  Read& read = *reads_.front();
+  reads_.pop_front();
+  lock.unlock();
+  Result<SnapshotPtr> found = read.read();
+  lock.lock();
+  read.result = std::move(found);
+  answered_.notify_all();
 }
 
 void Saver::write_next(std::unique_lock<std::mutex>& lock) {
@@ -183,7 +208,9 @@ Result<Saver::Elsewhere> Saver::copy_to(const Move& move) {
 
 Result<Saver::Elsewhere> Saver::make_at(const Move& move) {
   const Model model = {info_, move.kept.front().snapshot};
-  RELIEF_TRY(ModelFile made, ModelFile::create(move.file, model, progress(move.cancel.get())));
+  const bool has_first = file_.has_value() && move.first == offset_;
+  RELIEF_TRY(ModelFile made, ModelFile::create(move.file, model, progress(move.cancel.get()),
+                                               has_first ? file_->first_state() : move.first_state));
   // What the old file can still tell of the strokes that only it has the text of.
   std::vector<StrokeRecord> old;
   if (file_.has_value())

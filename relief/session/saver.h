@@ -23,7 +23,7 @@
 namespace relief::detail {
 
 /// Keeps a file at what the document has done, in order. After an error what failed is tried again every
-/// `retry_after`, and when more is asked for. Called by one thread.
+/// `retry_after`, and when more is asked for. Called by one thread, but where it is said.
 class Saver {
  public:
   /// A state of the history, to be written into a file that has none of it.
@@ -73,11 +73,15 @@ class Saver {
   /// To another file: a copy of the one that there is, with its whole history; if it cannot be read, or there is none,
   /// a new one with what is kept: states `first`, first + 1, ..., at `position`.
   /// `cancel`, where given, ends it before the new file stands.
+  /// `first_state` is that of the first kept one, if the file does not know better.
   void elsewhere(std::filesystem::path file, std::shared_ptr<const std::atomic<bool>> cancel, std::uint64_t first,
-                 std::uint64_t position, std::vector<Kept> kept);
+                 std::uint64_t position, std::vector<Kept> kept, FirstState first_state);
 
   /// State `number` from the file, near one that the file has, too (or null). Waits for what is being written now.
   [[nodiscard]] Result<SnapshotPtr> read(std::uint64_t number, std::uint64_t near_number, const SnapshotPtr& near);
+  /// The state that made the slabs of state `number`; null where no file has it. Any thread; waits likewise, until the
+  /// flag is set. Errors: Io, Cancelled.
+  [[nodiscard]] Result<SnapshotPtr> read_as_made(std::uint64_t number, const std::atomic<bool>* cancel);
   /// Strokes that are not in the file.
   [[nodiscard]] std::uint64_t unsaved() const;
   /// Writes what is left, and ends. Error: why not all is in the file.
@@ -99,16 +103,19 @@ class Saver {
     std::shared_ptr<const std::atomic<bool>> cancel;
     std::uint64_t first = 0, position = 0;
     std::vector<Kept> kept;
+    FirstState first_state = FirstState::Sculpted;
     std::uint64_t after = 0;  ///< jobs that came before it, which `kept` has done
   };
   struct Read {
-    std::uint64_t number = 0, near_number = 0;
-    SnapshotPtr near;
-    std::optional<Result<SnapshotPtr>> result;
+    std::function<Result<SnapshotPtr>()> read;  ///< on the saver's thread
+    const std::atomic<bool>* cancel = nullptr;
+    std::optional<Result<SnapshotPtr>> result{};
   };
 
   void push(Job job);
+  [[nodiscard]] Result<SnapshotPtr> wait_for(Read read);
   void run();
+  void answer(std::unique_lock<std::mutex>& lock);
   void write_next(std::unique_lock<std::mutex>& lock);
   void move(std::unique_lock<std::mutex>& lock);
   [[nodiscard]] Status write(Job& job);
@@ -129,11 +136,11 @@ class Saver {
   std::deque<Job> jobs_;
   std::uint64_t pushed_ = 0, popped_ = 0;
   std::deque<Move> moves_;
-  Read* read_ = nullptr;
+  std::deque<Read*> reads_;
   std::chrono::milliseconds retry_after_;
   bool retrying_ = false;  ///< what is written now failed before, and that was told
   bool stalled_ = false;   ///< the first job failed, and nobody has asked for more since
-  bool closing_ = false;
+  bool closing_ = false, ended_ = false;
   Status status_;  ///< of the last job
   std::thread thread_;
 };

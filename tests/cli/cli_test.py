@@ -1819,6 +1819,20 @@ class Sculpt(Case):
         self.assertGreater(report["total"], 0)
         self.assertIn("colour", self.ok("info", again, "--json").json()["layers"])
 
+    def test_a_recorded_stroke_gets_room_and_is_repeated_with_it(self):
+        thin, out, record = self.folder / "thin.relief", self.folder / "room.relief", self.folder / "room.rlog"
+        # So little clay that any hand cuts through it.
+        self.ok("convert", self.scan, "-o", thin, "--slabs", 150, "--samples", 16, "--thickness", 0.004)
+        report = self.ok("sculpt", thin, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--seconds", 4,
+                         "-o", out, "--record", record, "--json").json()
+        self.assertGreater(report["total"], 0)
+        self.assertGreater(self.ok("verify", out, "--json").json()["moved_slabs"], 0, "room was made")
+        replay = self.ok("replay", record, "--json").json()
+        if report["servo"]["dropped"] == 0:
+            self.assertEqual(replay["gaps"], [])
+            checked = self.ok("replay", record, "--verify", "--model", thin, "--json").json()["verification"]
+            self.assertEqual((checked["holds"], checked["checked"]), (True, replay["ticks"]))
+
     def test_wrong_settings_of_a_live_tool_are_told(self):
         live = ["sculpt", self.model, "--device", "sim:hand", "--seconds", 1, "-o", self.folder / "none.relief"]
         for options, word in ((["--tool", "carve", "--colour", "1,2,3"], "no setting of carve"),
@@ -1960,6 +1974,10 @@ class Refine(Case):
         info = Run("info", out, "--json").json()
         self.assertLess(told["surface_moved"]["rms"], 1e-3 * info["source_diagonal"])
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
+        # Nobody has touched these.
+        self.assertIn("no stroke has changed the model", self.ok("refine", out, "-o", out, "--where", "model").out)
+        told = self.ok("refine", out, "-o", self.folder / "again.relief", "--json").json()
+        self.assertEqual(told["saturated"], {"before": 0, "after": 0})
         self.ok("undo", out)
         self.assertEqual(self.hash(out), self.hash(deep))
 

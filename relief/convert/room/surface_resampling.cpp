@@ -34,9 +34,10 @@ class Resampling {
     if (cast.empty()) return made;
     made.unmet = moved_of([&](std::size_t k) { return misses(slabs_[k], cast[k]); });
     if (!made.unmet.empty()) return made;
+    for (const SlabId s : slabs_) made.sampled.push_back({.slab = s});
     displacement_ = tiles_of(Layer::Displacement, [&](std::size_t k, std::size_t index, Tile& tile) {
       tile.set(0, index, cast[k].alpha[index]);
-      made.folded += cast[k].met[index] != Met::Once ? 1 : 0;
+      made.sampled[k].folded += cast[k].met[index] != Met::Once ? 1 : 0;
     });
     Tiles voids;
     if (surface_.has(Layer::Void))

@@ -15,8 +15,8 @@ struct Resampled {
   std::vector<MovedTile> tiles;
   /// Moved fibres beside which the surface leaves the slabs or is not met well enough; there are no tiles then.
   std::vector<FibreId> unmet;
-  std::size_t folded = 0;  ///< new samples whose fibre does not meet the surface just once; copies count once
-  double moved_most = 0;   ///< from the new surface to the old one, outside the solids; model units
+  std::vector<SampledAnew> sampled;  ///< as in RoomMade
+  double moved_most = 0;             ///< from the new surface to the old one, outside the solids; model units
 };
 /// Samples all layers of `slabs`, ascending, all those around moved fibres. `mesh` is the cage with these. The surface
 /// outside the solids may move by `most_moved`, model units.

@@ -229,6 +229,61 @@ TEST(CagesByStroke, AnotherCageMayComeAndFewerCuts) {
   expect_all(session, session.path);
 }
 
+TEST(CagesByStroke, TheModelIsKnownAsItWasWhenItsSlabsWereNew) {
+  const Folder folder;
+  const auto path = folder / "made.relief";
+  const SnapshotPtr first = ball().head;
+  const SnapshotPtr anew = testing::displaced(testing::sphere_shell(1, 8), [](Vec3d) { return 0.6; });
+  {
+    auto file = ModelFile::create(path, {.info = ball().info, .head = first});
+    ASSERT_TRUE(file) << file.error().message;
+    const auto commit = [&](SnapshotPtr head) { ASSERT_TRUE(file->commit(std::move(head), {.label = "stroke"})); };
+    // More changes than the cage is told by steps: then it is told as a whole, with the same slabs.
+    SnapshotPtr head = first;
+    for (int k = 0; k < 70; ++k) commit(head = with_moved_fibre(head, 3, 1e-3));
+    commit(head = with_cut(head, 5));
+    commit(anew);
+    commit(with_moved_fibre(anew, 2, 1e-3));
+    commit(first);  // a third model in the same file, with slabs like the first one's
+    commit(with_cut(first, 5));
+  }
+  const auto file = ModelFile::open(path, true);
+  ASSERT_TRUE(file) << file.error().message;
+  EXPECT_EQ(file->first_state(), FirstState::AsMade);
+  for (const std::uint64_t stroke : {0, 1, 70, 71})
+    EXPECT_EQ((*file->as_made(stroke))->content_hash(), first->content_hash()) << stroke;
+  for (const std::uint64_t stroke : {72, 73})
+    EXPECT_EQ((*file->as_made(stroke))->content_hash(), anew->content_hash()) << stroke;
+  for (const std::uint64_t stroke : {74, 75}) {
+    EXPECT_EQ((*file->as_made(stroke))->content_hash(), first->content_hash()) << stroke;
+    EXPECT_EQ((*file->as_made(stroke))->slab_mesh().cuts().size(), first->slab_mesh().cuts().size());
+  }
+  EXPECT_EQ(file->as_made(76).error().code, Errc::NotFound);
+}
+
+TEST(CagesByStroke, AFileThatBeginsWithASculptedModelSaysSo) {
+  const Folder folder;
+  const auto path = folder / "sculpted.relief", copy = folder / "copy.relief", saved = folder / "saved.relief";
+  {
+    auto file = ModelFile::create(path, ball(), {}, FirstState::Sculpted);
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_EQ(file->first_state(), FirstState::Sculpted);
+    ASSERT_TRUE(file->commit(with_cut(ball().head, 5), {.label = "stroke"}));
+  }
+  ASSERT_TRUE(ModelFile::copy(path, copy));
+  ASSERT_TRUE(ModelFile::salvage(path, saved));
+  for (const auto& place : {path, copy, saved}) {
+    const auto file = ModelFile::open(place, true);
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_EQ(file->first_state(), FirstState::Sculpted);
+    for (const std::uint64_t stroke : {0, 1}) {
+      const auto made = file->as_made(stroke);
+      ASSERT_TRUE(made) << made.error().message;
+      EXPECT_EQ(*made, nullptr);
+    }
+  }
+}
+
 TEST(CagesByStroke, ANewFileHasTheCutsOfItsModel) {
   const Folder folder;
   Model model = ball(1, 8);

@@ -126,17 +126,19 @@ TEST(RoomUnderAStroke, TellsOfAllRoomsThatAStrokeGot) {
   settings.make_room = [&](const SnapshotPtr& surface, const RoomWanted&, const Progress&) -> Result<Room> {
     // The first one is not enough.
     const bool first = length(surface->slab_mesh().root_fibres()[0].direction()) < 1.01 * before;
-    return Room{.model = with_longer_fibres(surface, first ? 0.2 : 1, 0),
-                .fibres = 1,
-                .overhang = first ? 0.25 : 0.125,
-                .folded = first ? 3U : 4U};
+    return Room{
+        .model = with_longer_fibres(surface, first ? 0.2 : 1, 0),
+        .fibres = 1,
+        .overhang = first ? 0.25 : 0.125,
+        .sampled = first ? std::vector<SampledAnew>{{7, 3}, {8, 2}, {9, 1}} : std::vector<SampledAnew>{{8, 4}, {9, 0}}};
   };
   Document document(ball(), std::move(settings));
   post(document, deep_tap(0.35));
   document.settle();
   EXPECT_EQ(events.of<StrokeFinished>().back().result.limited, 0U);
   EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "the widest";
-  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 7U) << "of both";
+  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 3U + 4U) << "a sample that was taken twice counts as it is now";
+  EXPECT_EQ(events.of<RoomEnded>().back().folded, 4U);
 }
 
 TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
@@ -146,7 +148,7 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   settings.make_room = [&](const SnapshotPtr&, const RoomWanted& wanted, const Progress&) -> Result<Room> {
     ++asked;
     EXPECT_FALSE(wanted.cut.empty());
-    return Room{.model = nullptr, .lacking = 7, .overhang = 0.25, .folded = 3};
+    return Room{.model = nullptr, .lacking = 7, .overhang = 0.25};
   };
   Document document(ball(), std::move(settings));
   post(document, deep_tap(0.35));
@@ -161,7 +163,6 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   EXPECT_EQ(events.of<RoomEnded>()[0].lacking, 7U);
   EXPECT_EQ(events.of<RoomEnded>()[0].overhang, 0.25);
   EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "an undercut is told with the stroke";
-  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 3U);
   // A stroke that has enough asks nobody.
   post(document, stroke_over_ball(0));
   document.settle();
@@ -197,6 +198,36 @@ TEST(RoomUnderAStroke, CanBeCancelled) {
   EXPECT_TRUE(events.of<StrokeFinished>().back().cancelled);
   EXPECT_EQ(document.head()->content_hash(), before);
   EXPECT_TRUE(document.close());
+}
+
+// A stroke that has got room while it went on is played again at its end: that takes as long as the stroke.
+TEST(RoomUnderAStroke, WhatComesAgainAtItsEndShowsProgressAndCanBeCancelled) {
+  Events events;
+  Document* told = nullptr;
+  std::atomic<bool> ends = false;
+  std::atomic<int> steps = 0;
+  DocumentSettings settings = events.settings();
+  settings.make_room = twice_as_long;
+  settings.on_event = [&](const Event& event) {
+    events.add(event);
+    if (ends && std::holds_alternative<Progressed>(event) && ++steps == 3) told->post(CancelStroke{4});
+  };
+  Document document(ball(), std::move(settings));
+  told = &document;
+  const std::uint64_t before = document.head()->content_hash();
+  Stroke stroke = deep_tap(0.35);
+  document.post(BeginStroke{.brush = stroke.brush, .tip = false, .label = "deep", .source = 4});
+  document.post(MoveStroke{stroke.points, 4});
+  while (events.of<RoomEnded>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int k = 0; k < 1000; ++k) stroke.points.push_back({0.2 + 1e-3 * k, {0.6, 0, 0.8}, 1});
+  document.post(MoveStroke{{stroke.points.begin() + 2, stroke.points.end()}, 4});
+  document.settle();
+  ends = true;
+  document.post(EndStroke{4});
+  document.settle();
+  EXPECT_GE(steps, 3);
+  EXPECT_TRUE(events.of<StrokeFinished>().back().cancelled);
+  EXPECT_EQ(document.head()->content_hash(), before);
 }
 
 /// What a process tells that sculpts: a state that its file has, or that it begins to make room.
@@ -267,7 +298,7 @@ TEST(RoomUnderAStroke, KilledWhileItIsMadeNoFinishedStrokeIsLost) {
 }
 
 /// All slabs cut once.
-Result<SnapshotPtr> finer(const SnapshotPtr& model, const SnapshotPtr&, const Progress&) {
+Result<SnapshotPtr> finer(const SnapshotPtr& model, const ChangeCage::AsMade&, const Progress&) {
   Detail detail;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) detail.cuts.push_back(s);
   return with_detail(model, detail);
@@ -310,14 +341,13 @@ TEST(ChangeOfTheCage, IsMadeAgainWhereTheModelHasChangedMeanwhile) {
   std::atomic<int> made = 0;
   document.post(ChangeCage{.label = "finer",
                            .details = {},
-                           .make = [&](const SnapshotPtr& model, const SnapshotPtr& first, const Progress& progress) {
+                           .make = [&](const SnapshotPtr& model, const auto& as_made, const Progress& progress) {
                              // Whoever asks first loses.
                              if (made++ < 2) {
                                post(document, stroke_over_ball(made));
                                document.settle();
                              }
-                             EXPECT_FALSE(first) << "nobody asked for it";
-                             return finer(model, first, progress);
+                             return finer(model, as_made, progress);
                            }});
   while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(made, 3);
@@ -338,14 +368,14 @@ TEST(ChangeOfTheCage, ThatFailsOrIsCancelledLeavesNothing) {
   const std::uint64_t before = document.head()->content_hash();
   document.post(ChangeCage{.label = "no",
                            .details = {},
-                           .make = [](const SnapshotPtr&, const SnapshotPtr&, const Progress&) -> Result<SnapshotPtr> {
+                           .make = [](const SnapshotPtr&, const auto&, const Progress&) -> Result<SnapshotPtr> {
                              return fail(Errc::InvalidArgument, "it cannot be done");
                            }});
   std::atomic<bool> making = false;
   document.post(
       ChangeCage{.label = "never",
                  .details = {},
-                 .make = [&](const SnapshotPtr&, const SnapshotPtr&, const Progress& progress) -> Result<SnapshotPtr> {
+                 .make = [&](const SnapshotPtr&, const auto&, const Progress& progress) -> Result<SnapshotPtr> {
                    making = true;
                    while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
                    return fail(Errc::Cancelled, "cancelled");
@@ -358,27 +388,136 @@ TEST(ChangeOfTheCage, ThatFailsOrIsCancelledLeavesNothing) {
   EXPECT_TRUE(document.labels().empty());
 }
 
-TEST(ChangeOfTheCage, MayCompareWithTheModelBeforeAllStrokes) {
-  const testing::Folder folder;
-  Events events;
-  // So small a budget that only the file has the old states.
-  Document document = testing::document_in(folder / "a.relief", ball(), events.settings(1));
-  const std::uint64_t before = document.head()->content_hash();
-  for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+/// Waits until all that was done is in the file.
+void save(Document& document) {
   document.settle();
   while (document.statistics().unsaved > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  std::atomic<std::uint64_t> compared = 0;
-  document.post(ChangeCage{.label = "finer",
-                           .details = {},
-                           .make =
-                               [&](const SnapshotPtr& model, const SnapshotPtr& first, const Progress& progress) {
-                                 compared = first->content_hash();
-                                 return finer(model, first, progress);
-                               },
-                           .compares = true});
+}
+
+/// What a change of the cage gets as the model when its slabs were new; 0 where nobody has it.
+std::uint64_t hash_as_made(Document& document, Events& events) {
+  std::atomic<std::uint64_t> hash = 1;
+  const std::size_t before = events.of<CageChanged>().size();
+  document.post(
+      ChangeCage{.label = "asks",
+                 .details = {},
+                 .make = [&](const SnapshotPtr&, const auto& as_made, const Progress& progress) -> Result<SnapshotPtr> {
+                   const Result<SnapshotPtr> made = as_made(progress);
+                   if (!made) return made;
+                   hash = *made ? (*made)->content_hash() : 0;
+                   return SnapshotPtr();
+                 }});
+  while (events.of<CageChanged>().size() == before) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_FALSE(events.of<CageChanged>().back().failed);
+  return hash;
+}
+
+/// Other slabs, with the surface a little further out.
+SnapshotPtr other_slabs() {
+  return testing::displaced(testing::sphere_shell(1, 16), [](Vec3d) { return 0.55; });
+}
+Result<SnapshotPtr> with_other_slabs(const SnapshotPtr&, const ChangeCage::AsMade&, const Progress&) {
+  return other_slabs();
+}
+
+TEST(ChangeOfTheCage, GetsTheModelAsItWasWhenItsSlabsWereNew) {
+  const testing::Folder folder;
+  const auto path = folder / "a.relief";
+  const std::uint64_t first = ball().head->content_hash(), anew = other_slabs()->content_hash();
+  {
+    Events events;
+    // So small a budget that only the file has the old states.
+    Document document = testing::document_in(path, ball(), events.settings(1));
+    for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+    save(document);
+    EXPECT_EQ(hash_as_made(document, events), first);
+    document.post(ChangeCage{.label = "new", .details = {}, .make = with_other_slabs});
+    while (document.head()->content_hash() != anew) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(hash_as_made(document, events), anew);
+    for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+    save(document);
+    EXPECT_EQ(hash_as_made(document, events), anew) << "from the file";
+    ASSERT_TRUE(document.close());
+  }
+  Events events;
+  auto document = Document::open(path, *ModelFile::open(path), events.settings());
+  ASSERT_TRUE(document);
+  EXPECT_EQ(hash_as_made(*document, events), anew);
+  document->post(Undo{4});
+  document->settle();
+  EXPECT_EQ(hash_as_made(*document, events), first) << "the slabs before";
+}
+
+// With what is left of a history nobody knows what the tools have moved.
+TEST(ChangeOfTheCage, GetsNothingWhereTheHistoryBeginsAfterStrokes) {
+  const testing::Folder folder;
+  const auto path = folder / "a.relief", kept = folder / "b.relief", whole = folder / "c.relief";
+  {
+    Document document = testing::document_in(path, ball());
+    for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+    ASSERT_TRUE(document.close());
+  }
+  const auto saved_elsewhere = [](Document& document, Events& events, const std::filesystem::path& to) {
+    document.post(SaveElsewhere{to});
+    while (events.of<SavedElsewhere>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  {
+    Events events;
+    auto document = Document::open(path, *ModelFile::open(path), events.settings());
+    ASSERT_TRUE(document);
+    std::filesystem::remove(path);
+    saved_elsewhere(*document, events, kept);
+    EXPECT_EQ(hash_as_made(*document, events), 0U);
+    post(*document, stroke_over_ball(4));
+    ASSERT_TRUE(document->close());
+  }
+  {
+    Events events;
+    auto document = Document::open(kept, *ModelFile::open(kept), events.settings());
+    ASSERT_TRUE(document);
+    EXPECT_EQ(hash_as_made(*document, events), 0U) << "the file says so, too";
+  }
+  Events events, dropping;
+  Document document(ball(), events.settings());
+  post(document, stroke_over_ball(0));
+  document.settle();
+  EXPECT_EQ(hash_as_made(document, events), ball().head->content_hash());
+  saved_elsewhere(document, events, whole);
+  EXPECT_EQ(ModelFile::open(whole, true)->first_state(), FirstState::AsMade);
+  Document small(ball(), dropping.settings(1));
+  for (int k = 0; k < 3; ++k) post(small, stroke_over_ball(k));
+  small.settle();
+  ASSERT_FALSE(dropping.of<HistoryDropped>().empty());
+  EXPECT_EQ(hash_as_made(small, dropping), 0U);
+  saved_elsewhere(small, dropping, path);
+  EXPECT_EQ(ModelFile::open(path, true)->first_state(), FirstState::Sculpted);
+}
+
+// It is read on the thread of the change: the document goes on meanwhile, and the change can be cancelled.
+TEST(ChangeOfTheCage, CanBeCancelledWhileTheFileIsRead) {
+  const testing::Folder folder;
+  Events events;
+  Document document = testing::document_in(folder / "a.relief", ball(), events.settings(1));
+  for (int k = 0; k < 3; ++k) post(document, stroke_over_ball(k));
+  save(document);
+  std::atomic<bool> reading = false;
+  document.post(
+      ChangeCage{.label = "reads",
+                 .details = {},
+                 .make = [&](const SnapshotPtr&, const auto& as_made, const Progress& progress) -> Result<SnapshotPtr> {
+                   reading = true;
+                   while (true) {
+                     if (auto made = as_made(progress); !made) return made;
+                   }
+                 }});
+  while (!reading) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  post(document, stroke_over_ball(5));
+  document.settle();
+  EXPECT_EQ(document.labels().size(), 4U) << "strokes go on";
+  document.post(CancelChanges{});
   while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
-  EXPECT_EQ(compared, before);
+  EXPECT_TRUE(events.of<CageChanged>()[0].cancelled);
+  ASSERT_TRUE(document.close());
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ SnapshotPtr ball(int levels, int n) {
 
 TEST(HistoryOfCages, CountsThoseThatOnlyItHolds) {
   const SnapshotPtr first = ball(3, 8);
-  History history(first, {}, 0);
+  History history(first, {}, 0, false);
   EXPECT_EQ(history.bytes(), 0U);
   const SnapshotPtr cut = with_cut(first, 7);
   history.push(cut, "cut", {});

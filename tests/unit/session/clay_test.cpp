@@ -148,8 +148,9 @@ TEST_P(Clay, TenRoundsOfCarvingAndRefiningLeaveAllElseToTheBit) {
   Events events;
   Document document(model_, events.settings());
   std::size_t moved = 0;
-  const auto refine_again = [&](const SnapshotPtr& head, const SnapshotPtr& first,
+  const auto refine_again = [&](const SnapshotPtr& head, const ChangeCage::AsMade& as_made,
                                 const Progress& progress) -> Result<SnapshotPtr> {
+    RELIEF_TRY(const SnapshotPtr first, as_made(progress));
     RELIEF_TRY(const Refined refined, refine({model_.info, head}, RefineWhere::Saturated, first, progress));
     moved += refined.fibres_moved;
     return refined.model.head;
@@ -159,7 +160,7 @@ TEST_P(Clay, TenRoundsOfCarvingAndRefiningLeaveAllElseToTheBit) {
     deeper.brush.detail = kDetail;
     for (StrokePoint& p : deeper.points) p.position = place - up * (0.7 * radius * (static_cast<double>(round) - 1));
     testing::post(document, deeper);
-    document.post(ChangeCage{.label = "refine", .details = {}, .make = refine_again, .compares = true});
+    document.post(ChangeCage{.label = "refine", .details = {}, .make = refine_again});
     while (events.of<CageChanged>().size() < round) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     document.settle();
     EXPECT_TRUE(validate(*document.head())) << round;
