@@ -448,32 +448,6 @@ TEST(BallProxy, NoTickTakesLongAfterAChange) {
   EXPECT_LT(longest, kMostInATick + detail::ball::kWork);  // and the hand's way
 }
 
-/// Ground of spikes: more squares may touch the ball than there is room for, wherever it is, and the bounds do not tell
-/// which of them does. It comes along with the hand all the same.
-TEST(BallProxy, DoesNotFreezeOverSpikes) {
-  const SnapshotPtr model = displaced(plane_shell(1, 128, 0.5), [](Vec3d p) {
-    const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
-    return 0.5 + 0.8 * (any - std::floor(any) - 0.5);
-  });
-  const double radius = 2.5 / 128;
-  BallProxy ball;
-  Vec3d hand = {0.3, 0.5, 0.4}, last;
-  ball.step(*model, hand, radius);
-  int still = 0, longest = 0, held = 0, most = 0;
-  for (int k = 0; k < 3000; ++k) {
-    hand = {0.3 + 1e-4 * std::max(0, k - 500), std::max(0.38, 0.5 - 5e-4 * k), 0.4 + 5e-5 * std::max(0, k - 500)};
-    ball.step(*model, hand, radius);
-    held += ball.held() ? 1 : 0;
-    most = std::max(most, ball.work());
-    still = ball.centre() == last ? still + 1 : 0;
-    longest = k > 600 ? std::max(longest, still) : 0;
-    last = ball.centre();
-  }
-  EXPECT_GT(held, 1000);
-  EXPECT_LE(longest, 12);
-  EXPECT_LT(most, kMostInATick);
-}
-
 /// Another hand changes the model every 16 ticks, and to look around takes longer than that. A look that was begun is
 /// seen to its end, on the model on which it was begun: the ball follows, and feels each few changes the newest.
 TEST(BallProxy, FollowsTheHandWhileTheModelChangesAgainAndAgain) {
