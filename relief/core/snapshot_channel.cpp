@@ -61,6 +61,11 @@ SnapshotChannel::Reader::~Reader() {
   slot.taken.store(false);
 }
 
+const Snapshot& SnapshotChannel::Reader::current() const noexcept {
+  const Slot& slot = channel_->slots_[static_cast<std::size_t>(slot_)];
+  return *slot.pinned[static_cast<std::size_t>(active_)].load(std::memory_order_relaxed);
+}
+
 const Snapshot& SnapshotChannel::Reader::latest() noexcept {
   Slot& slot = channel_->slots_[static_cast<std::size_t>(slot_)];
   auto& mine = slot.pinned[static_cast<std::size_t>(active_)];

@@ -28,6 +28,8 @@ class SnapshotChannel {
     /// Returns the newest snapshot, or, when the writer kept replacing it during four tries, the one this reader
     /// already had. Valid until the next call on this reader. Wait-free.
     [[nodiscard]] const Snapshot& latest() noexcept;
+    /// Returns the one that this reader already has. Wait-free.
+    [[nodiscard]] const Snapshot& current() const noexcept;
 
    private:
     friend class SnapshotChannel;

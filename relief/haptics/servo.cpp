@@ -122,6 +122,7 @@ void Servo::start_contact_anew() noexcept {
 Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
   const ToolPose at = hand_.follow(tool, touch_->reach(), diagonal(model.slab_mesh().bounds()), put_elsewhere_);
   Touched felt = touch_->step(model, at, kSurfaceJump / workspace().metres_per_unit);
+  looking_ = touch_->is_looking();
   felt.settling = felt.settling || put_elsewhere_;
   put_elsewhere_ = put_elsewhere_ && hand_.late();
   if (felt.settling) lead_over(spring_.force, spring_.torque);
@@ -271,6 +272,7 @@ void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, doub
 }
 
 ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const Readings::Judged& now) noexcept {
+  looking_ = false;
   ServoSample sample;
   sample.t = reading.t;
   sample.device = reading.position;

@@ -90,6 +90,9 @@ class Servo {
   /// good reading outside the solid. A reading that is the last one again is answered as that was, for 20 ms at most.
   /// The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
+  /// Returns whether the tool still looks for what is around it. Give the next step the same model: on another one that
+  /// begins anew. It soon ends.
+  [[nodiscard]] bool is_looking() const noexcept { return looking_; }
   /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
   void stalled() noexcept { readings_.interrupt(ServoFault::Stalled); }
   /// The next reading is the first after some to which the device did not answer: the safe state.
@@ -185,6 +188,7 @@ class Servo {
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;
+  bool looking_ = false;          ///< the tool, since the last reading that was news
   double late_ = 0, softer_ = 1;  ///< as readings_ had them when the settings were limited last
   Vec3d last_cursor_;             ///< model units
   double last_depth_ = 0;         ///< m

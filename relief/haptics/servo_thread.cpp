@@ -198,7 +198,8 @@ void ServoThread::begin(std::uint64_t clock, std::uint64_t late) noexcept {
 void ServoThread::feel() noexcept {
   // As part of the reading, so that a recording of it gives the same forces again.
   tick_.reading.forces_off = tick_.reading.forces_off || !forces_.load(std::memory_order_acquire);
-  const Snapshot& model = reader_.latest();
+  // What was begun is seen to its end, however often somebody changes the model.
+  const Snapshot& model = servo_.is_looking() ? reader_.current() : reader_.latest();
   tick_.model = &model;
   tick_.sample = servo_.step(model, tick_.reading);
 }

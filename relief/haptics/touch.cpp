@@ -29,6 +29,7 @@ class TipTouch final : public Touch {
     ball_.reset();
   }
   void resize(double radius) noexcept override { radius_ = radius; }
+  [[nodiscard]] bool is_looking() const noexcept override { return radius_ > 0 && ball_.is_looking(); }
   [[nodiscard]] bool is_buried(const Snapshot& model, const ToolPose& pose) noexcept override {
     LocateHint hint = hint_;
     return inside(model, pose.origin, hint);

@@ -170,6 +170,7 @@ struct Room {
   PutOff put_off;
   int look_work = 0;         ///< what the last look took at what is known
   int waits = 0;             ///< for so many ticks it was left where it was, and the list went on in none of them
+  bool waiting = false;      ///< it was left where it was in the last
   SlabId nearest = kNoSlab;  ///< where to look first in free space
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
@@ -183,6 +184,7 @@ struct Room {
     walls.forget();
     put_off = {};
     look_work = waits = 0;
+    waiting = false;
     nearest = kNoSlab;
     known = false;
   }
@@ -212,7 +214,8 @@ class Mover {
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
     room_.known = !blind_;
-    if (!(cut_ && centre_ == start_))
+    room_.waiting = cut_ && centre_ == start_;
+    if (!room_.waiting)
       room_.waits = 0;
     else if (!room_.list.goes_on())
       ++room_.waits;

@@ -26,6 +26,8 @@ void BallProxy::reset() noexcept {
   *this = BallProxy(std::move(memory_));
 }
 
+bool BallProxy::is_looking() const noexcept { return unseen_ || memory_->waiting; }
+
 bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
   MicroTriangles surface(model);
   return detail::nothing_near(surface, centre, radius);
@@ -79,12 +81,13 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
     arrive(ball, radius);
     return false;
   }
-  const bool waits = held_ && past_the_middle(surface.model(), last_, radius);
+  const bool waits = shift.leads ? *shift.leads : held_ && past_the_middle(surface.model(), last_, radius);
   const Vec3d goal = waits ? centre_ + shift.way : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
   unseen_ = way.cut;
-  settled_ = overlap_ <= kRest * radius && (way.settled || waits);
+  if (way.cut || (waits && !way.settled)) shift_ = {goal - centre_, shift.lost, waits};
+  settled_ = overlap_ <= kRest * radius && way.settled;
   ledger_.clear();  // what an edit gives is no gain of the hand
   return true;
 }
@@ -98,7 +101,7 @@ void BallProxy::follow_surface(MicroTriangles& surface) noexcept {
   touches_ = place.has_value();
   if (!place) {
     surface_ = {};
-    shift_ = {{}, true};
+    shift_ = {.way = {}, .lost = true, .leads = {}};
     return;
   }
   const Vec3d was = surface_.position;

@@ -6,6 +6,7 @@
 #include <relief/haptics/foothold.h>
 
 #include <memory>
+#include <optional>
 
 namespace relief {
 
@@ -41,6 +42,9 @@ class BallProxy {
   [[nodiscard]] bool under_way() const noexcept { return under_way_; }
   /// In this tick a change of the model has moved it, or begun to: there was no time to see where it comes to rest.
   [[nodiscard]] bool settling() const noexcept { return settling_; }
+  /// Returns whether it has had no time yet to see what is around it, or where it goes. On another model it would begin
+  /// anew. On the same one it soon ends.
+  [[nodiscard]] bool is_looking() const noexcept;
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
   /// Returns what the last tick took, in the time of a sample that is placed, about 25 ns.
@@ -81,8 +85,9 @@ class BallProxy {
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
   /// How changes of the model have moved the place where the ball touched.
   struct Shift {
-    Vec3d way;
-    bool lost = false;  ///< it is no more
+    Vec3d way;                  ///< less what the ball has gone of it
+    bool lost = false;          ///< it is no more
+    std::optional<bool> leads;  ///< whether the ball goes that way, and not to the cursor; empty: not yet seen
   };
   /// The place where the ball touched goes with the material, by which it stays known.
   void follow_surface(MicroTriangles& surface) noexcept;

@@ -13,8 +13,9 @@
 
 namespace relief::detail {
 
-/// A list of the squares that come within a reach of a place, as many of the nearest as there is room for. It holds all
-/// triangles nearer than a distance to another place as long as covers() says so. A query keeps the distances that it
+/// A list of the squares that come within a reach of a place, as many of the nearest as there is room for: about the
+/// place itself no list knows more. It holds all triangles nearer than a distance to another place as long as covers()
+/// says so. A query keeps the distances that it
 /// finds, so that the next one skips most squares. Cost of a query: a few nanoseconds per square, about 60 for each one
 /// that may be near.
 class Neighbourhood {
@@ -25,34 +26,37 @@ class Neighbourhood {
   /// goes on from there, if what was begun is around its centre, or reaches far enough around it. Cost: some fifty
   /// nanoseconds a square.
   bool gather(MicroTriangles& surface, Vec3d centre, double least, double far, double flat, int most) noexcept {
-    const bool same = !whole_ && least == least_ && far == far_ && flat == flat_;
-    const bool begun = same && (centre == centre_ || reach_around(centre) >= least);
+    const bool same = state_ == State::Begun && least == least_ && far == far_ && flat == flat_;
+    bool begun = same && (centre == centre_ || reach_around(centre) >= least);
     if (!begun) begin(centre, least, far, flat);
-    const std::size_t known = slabs_;
-    if (!go_on(surface, most)) {
-      goes_on_ = begun && slabs_ > known;
-      return false;
+    for (;;) {
+      const std::size_t known = slabs_;
+      if (!go_on(surface, most)) {
+        goes_on_ = begun && slabs_ > known;
+        return false;
+      }
+      if (covers(centre, least)) return true;
+      begin(centre, least, far, flat);  // it had to be cut short while it was made
+      begun = false;
     }
-    if (covers(centre, least)) return true;
-    begin(centre, least, far, flat);  // it had to be cut short while it was made
-    return go_on(surface, most);
   }
   void forget() noexcept {
-    reach_ = 0;
     share_ = 1;
-    whole_ = true;
+    state_ = State::None;
   }
   /// Returns whether it is being made around a place, and not at its end yet.
-  [[nodiscard]] bool is_begun_at(Vec3d centre) const noexcept { return !whole_ && centre == centre_; }
+  [[nodiscard]] bool is_begun_at(Vec3d centre) const noexcept { return state_ == State::Begun && centre == centre_; }
   /// The last call did not come to the end, but nearer to that of what was begun before.
-  [[nodiscard]] bool goes_on() const noexcept { return goes_on_ && !whole_; }
+  [[nodiscard]] bool goes_on() const noexcept { return state_ == State::Begun && goes_on_; }
 
   /// Everything that is nearer to a place than this is in the list.
-  [[nodiscard]] double reach_at(Vec3d point) const noexcept { return whole_ ? reach_around(point) : -1; }
+  [[nodiscard]] double reach_at(Vec3d point) const noexcept {
+    return state_ == State::Whole ? reach_around(point) : -1;
+  }
   /// Returns whether everything nearer to a place than a distance is in the list, or as much of the nearest as there is
   /// room for, if it was made around that place: no list has more.
   [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept {
-    return reach_at(point) >= distance || (whole_ && reach_ > 0 && point == centre_);
+    return reach_at(point) >= distance || (state_ == State::Whole && point == centre_);
   }
   /// As visit_near(), for what is covered. Knows the triangles of a square from the patches. Once more than `most`
   /// samples are placed it leaves the rest, and returns false; what is known by then need not be found again.
@@ -89,6 +93,7 @@ class Neighbourhood {
     int most;
     Visit& visit;
   };
+  enum class State { None, Begun, Whole };
   enum class End { All, Enough, Cut };  ///< Enough: nothing more is looked for, Cut: there is no more time
   struct Near {
     float least;
@@ -149,7 +154,7 @@ class Neighbourhood {
     begun_ = reach_ = least + (far - least) * share_;
     at_ = {};
     slabs_ = 0;
-    whole_ = false;
+    state_ = State::Begun;
   }
   /// Returns whether it has come to the end.
   bool go_on(MicroTriangles& surface, int most) noexcept {
@@ -165,7 +170,7 @@ class Neighbourhood {
                                      },
                                      at_);
     if (cut) return false;
-    whole_ = true;
+    state_ = State::Whole;
     list_.close();
     const double found = (reach_ - least_) / (far_ - least_);
     share_ = reach_ == begun_ ? std::min(2 * share_, 1.0) : std::max(found, kLeastShare);
@@ -173,7 +178,7 @@ class Neighbourhood {
   }
   void add_slab(MicroTriangles& surface, SlabId s) noexcept {
     surface.add_placed(1);
-    if (!(surface_box(surface.model(), s).distance2(centre_) < reach_ * reach_)) return;
+    if (surface_box(surface.model(), s).distance2(centre_) > reach_ * reach_) return;
     surface.enter(s);
     NearSlab(surface, s, centre_, flat_)
         .squares(reach_, 2 * least_, scale_, [&](const auto& at, const auto& sheets, std::size_t lane) {
@@ -181,10 +186,11 @@ class Neighbourhood {
           list_.add(at, sheets, lane);
         });
   }
-  /// Makes room for more by a shorter reach.
+  /// Makes room for more by a reach that is no longer: none where more squares than there is room for may touch the
+  /// centre.
   void drop_far(MicroTriangles& surface) noexcept {
     surface.add_placed(kMost / kScanned);
-    reach_ = double{list_.keep_nearer_half()} / scale_;
+    reach_ = std::clamp(double{list_.keep_nearer_half()} / scale_, 0.0, reach_);
   }
   [[nodiscard]] double reach_around(Vec3d point) const noexcept {
     return reach_ * (1 - 1e-9) - length(point - centre_);
@@ -196,7 +202,7 @@ class Neighbourhood {
   double share_ = 1;              ///< of what is between least and far, of the next list at most
   SlabMesh::Visited at_;          ///< how far it has got
   std::size_t slabs_ = 0;         ///< that have been dealt with
-  bool whole_ = true;             ///< it has come to the end
+  State state_ = State::None;     ///< Whole: it has come to the end
   bool goes_on_ = false;          ///< the last call has got on with what was begun before
   SquareList<kMost> list_;        ///< relative to the centre
 };

@@ -448,6 +448,69 @@ TEST(BallProxy, NoTickTakesLongAfterAChange) {
   EXPECT_LT(longest, kMostInATick + detail::ball::kWork);  // and the hand's way
 }
 
+/// Another hand changes the model every 16 ticks, and to look around takes longer than that. A look that was begun is
+/// seen to its end, on the model on which it was begun: the ball follows, and feels each few changes the newest.
+TEST(BallProxy, FollowsTheHandWhileTheModelChangesAgainAndAgain) {
+  const auto hollow = testing::hollow_shell(5, 2);
+  const auto of_height = [&](double alpha) { return displaced(hollow, [=](Vec3d) { return alpha; }); };
+  const std::array<SnapshotPtr, 2> models = {of_height(0.5), of_height(0.501)};
+  const double fits = distance_of(closest_point(*models[0], {})), radius = 0.9 * fits;
+  SnapshotPtr newest = models[0], felt = newest;
+  BallProxy ball;
+  ball.step(*felt, {}, radius);
+  Vec3d last;
+  int still = 0, longest = 0, taken = 0;
+  for (int k = 1; k <= 6000; ++k) {
+    newest = models[static_cast<std::size_t>(k / 16 % 2)];
+    if (!ball.is_looking()) {
+      taken += newest != felt ? 1 : 0;
+      felt = newest;
+    }
+    const double turn = 1e-3 * k;
+    const Vec3d hand = Vec3d{std::sin(turn), 0.3, std::cos(turn)} * (std::min(1.0, 2e-3 * k) * 0.3 * fits);
+    ball.step(*felt, hand, radius);
+    still = ball.centre() == last ? still + 1 : 0;
+    longest = k > 500 ? std::max(longest, still) : 0;
+    last = ball.centre();
+  }
+  EXPECT_GT(longest, 16) << "there is something to see";
+  EXPECT_LT(longest, 100);
+  EXPECT_GT(taken, 6000 / 100);
+}
+
+/// A flat body, pressed from above to past its middle. What is added to it takes the ball along by as much, be there
+/// time to see where to in one tick or not.
+TEST(BallProxy, GoesWithMaterialThatRisesUnderItHoweverLongItLooks) {
+  const double radius = 0.02, flat = 0.3;
+  const auto mesh = testing::mapped_shell(*testing::sphere_shell(3, 128, 0.6, 1.4),
+                                          [=](Vec3d p) { return Vec3d{p.x, flat * p.y, p.z}; });
+  int longest = 0;
+  for (const double rough : {0.0, 0.05, 0.2})
+    for (const double rise : {0.03, 0.1}) {
+      const auto body = [&](double more) {
+        return displaced(mesh, [&](Vec3d p) {
+          const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+          return 0.5 + more + rough * (any - std::floor(any) - 0.5);
+        });
+      };
+      const SnapshotPtr before = body(0), after = body(rise);
+      BallProxy ball;
+      const Vec3d above = {0, 0.5, 0}, hand = {0, -0.4, 0};
+      ball.step(*before, above, radius);
+      lead(ball, *before, above, hand, radius, 2000);
+      for (int k = 0; k < 200; ++k) ball.step(*before, hand, radius);
+      const Vec3d was = ball.centre();
+      int ticks = 0;
+      do ball.step(*after, hand, radius);
+      while ((ball.settling() || ball.is_looking()) && ++ticks < 100);
+      longest = std::max(longest, ticks);
+      const double fibre = flat * 0.8;  // at the top
+      EXPECT_NEAR(ball.centre().y - was.y, rise * fibre, 1e-3 * fibre) << rough << ' ' << rise;
+      EXPECT_FALSE(ball.lost());
+    }
+  EXPECT_GT(longest, 2) << "there is something to see";
+}
+
 /// All that a ball keeps: many ticks' worth of a core's cache.
 TEST(BallProxy, KeepsOneAndAHalfMegabytes) {
   EXPECT_LT(sizeof(detail::ball::Room), std::size_t{1650} << 10U);

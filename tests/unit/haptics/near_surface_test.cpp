@@ -274,6 +274,52 @@ std::size_t found_as_by_search(MicroTriangles& surface, detail::Neighbourhood& l
   return found.size();
 }
 
+/// Any height within a share of the fibre, at each sample another.
+double any_height(Vec3d p, double share) {
+  const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+  return 0.5 + share * (any - std::floor(any) - 0.5);
+}
+
+// One slab alone has several times as many squares near as there is room for: what is covered is whole all the same.
+TEST(Neighbourhood, ThatIsCutShortTwiceCoversNoMoreThanAfterTheFirstTime) {
+  const SnapshotPtr model = displaced(testing::plane_shell(1, 128, 0.5), [](Vec3d p) { return any_height(p, 0.15); });
+  const double least = 2.0 / 128;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto patches = std::make_unique<detail::Patches>();
+  MicroTriangles surface(*model);
+  detail::Neighbourhood list;
+  std::size_t some = 0;
+  for (const double far : {2 * least, 4 * least, 8 * least, 16 * least, 40 * least})
+    for (int k = 0; k < 40; ++k) {
+      const Vec3d centre = {0.5 + 0.3 * unit(random), 0.06 + 0.02 * unit(random), 0.5 + 0.3 * unit(random)};
+      list.forget();
+      ASSERT_TRUE(list.gather(surface, centre, least, far, 0, detail::kAnyWork));
+      const double reach = 0.999 * list.reach_at(centre);
+      if (!(reach > 0)) continue;
+      some += found_as_by_search(surface, list, *patches, centre, reach);
+    }
+  EXPECT_GT(some, 1000U);
+}
+
+// More squares than there is room for may touch the place: it is covered, for no list has more; no other one is.
+TEST(Neighbourhood, CoversThePlaceAroundWhichItWasMade) {
+  const SnapshotPtr model = displaced(testing::plane_shell(1, 128, 0.5), [](Vec3d p) { return any_height(p, 0.8); });
+  const double least = 2.0 / 128;
+  MicroTriangles surface(*model);
+  detail::Neighbourhood list;
+  for (const double height : {0.0, 0.2, 0.41}) {
+    const Vec3d centre = {0.4, height, 0.3};
+    EXPECT_FALSE(list.covers(centre, 0));
+    ASSERT_TRUE(list.gather(surface, centre, least, 2 * least, 0, detail::kAnyWork));
+    EXPECT_TRUE(list.covers(centre, least));
+    EXPECT_EQ(list.reach_at(centre), 0) << "there is something to see";
+    EXPECT_FALSE(list.covers(centre + Vec3d{1e-9, 0, 0}, 1e-9));
+    list.forget();
+    EXPECT_FALSE(list.covers(centre, 0));
+  }
+}
+
 // For which there is no time in one call, of a hand that moves on meanwhile.
 TEST(Neighbourhood, MadeALittleAtATimeItIsWholeInTheEnd) {
   // The second is so fine that the list is cut short on the way.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -414,6 +415,70 @@ TEST(ServoThread, FeelsWhileAWriterPublishesAtFullSpeed) {
     EXPECT_NEAR(sample.depth, to_first + 0.001, 0.004 + leap) << "the one surface or the other";
   }
   EXPECT_GT(touched, 20);
+}
+
+/// Presses a ball into the ground and goes along it, while somebody publishes another model in every tick.
+class ChangingDevice final : public HapticDevice {
+ public:
+  ChangingDevice(SnapshotChannel& channel, const std::array<SnapshotPtr, 2>& models, double radius)
+      : channel_(channel), models_(models), radius_(radius) {}
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(DeviceState& state) noexcept override {
+    if (tick_ == kTicks) return false;
+    channel_.publish(models_[static_cast<std::size_t>(++tick_ % 2)]);
+    state.t = 1e-3 * tick_;
+    const double along = 1e-4 * std::max(0, tick_ - 400);
+    state.position = Vec3d{0.4 + along, radius_ * std::max(0.9, 1.5 - 2e-3 * tick_), 0.5} * 0.1;
+    return true;
+  }
+  bool ended() const noexcept override { return tick_ == kTicks; }
+  bool write(const Wrench&) noexcept override { return true; }
+  static constexpr int kTicks = 1500;
+
+ private:
+  SnapshotChannel& channel_;
+  const std::array<SnapshotPtr, 2>& models_;
+  double radius_;
+  int tick_ = 0;
+  DeviceInfo info_;
+};
+
+/// A tool that looks for what is around it does so on one model, or it would begin anew in each tick for good.
+TEST(ServoThread, ALookIsSeenToItsEndOnTheModelOnWhichItBegan) {
+  const auto mesh = testing::plane_shell(64, 32);
+  const auto ground = [&](double height) {
+    return displaced(mesh, [&](Vec3d p) { return height + 0.05 * std::sin(900 * p.x) * std::cos(700 * p.z); });
+  };
+  const std::array<SnapshotPtr, 2> models = {ground(0.5), ground(0.501)};
+  const double radius = BallRange::kMost * std::sqrt(2);
+  int felt = 0, same = 0, other = 0;
+  double behind = 1;
+  bool stalled = true;
+  for (int run = 0; stalled && run < 20; ++run) {  // where the machine stands still the hand has to lift off
+    stalled = false;
+    felt = same = other = 0;
+    SnapshotChannel channel(models[0]);
+    ChangingDevice device(channel, models, radius);
+    SpscQueue<ServoTick> telemetry(1 << 14);
+    ServoSettings settings = {.workspace = {.metres_per_unit = 0.1}, .force = {.guard = false}};
+    settings.tool.radius = radius;
+    ServoThread servo(device, channel, settings, &telemetry);
+    while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    servo.stop();
+    const Snapshot* last = nullptr;
+    for (ServoTick tick; telemetry.pop(tick);) {
+      stalled = stalled || (tick.sample.flags & bit(ServoFault::Latched)) != 0;
+      if (tick.model == nullptr) continue;
+      (tick.model == last ? same : other) += 1;
+      last = tick.model;
+      felt += tick.sample.contact ? 1 : 0;
+      behind = tick.sample.cursor.x - tick.sample.contact_point.x;
+    }
+  }
+  EXPECT_GT(felt, ChangingDevice::kTicks / 2);
+  EXPECT_GT(same, 10) << "there is something to see";
+  EXPECT_GT(other, ChangingDevice::kTicks / 100);
+  EXPECT_LT(std::abs(behind), 0.2 * radius);
 }
 
 TEST(TimeHistogram, QuantilesAreWithinOneBin) {
