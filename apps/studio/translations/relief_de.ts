@@ -2258,6 +2258,10 @@ berühren, um weiterzumachen</translation>
         <translation>Das Werkzeug geht hier %1 unter die Oberfläche. Platten können keine Hinterschneidungen halten: Der Ton darüber geht mit.</translation>
     </message>
     <message>
+        <source>The clay ends here: the tool goes %1 under the surface, and slabs cannot hold undercuts.</source>
+        <translation>Der Ton endet hier: Das Werkzeug geht %1 unter die Oberfläche, und Platten können keine Hinterschneidungen halten.</translation>
+    </message>
+    <message>
         <source>Another part of the form is %1 away. A stroke grows to about the middle.</source>
         <translation>Ein anderer Teil der Form ist %1 entfernt. Ein Strich wächst bis etwa zur Mitte.</translation>
     </message>
