@@ -527,8 +527,10 @@ std::string judged(Mode mode, std::size_t tested) {
 }
 
 /// One sentence: what was checked and how it went. Without a mesh, that the distance to the scan was not.
-std::string verdict_of(Mode mode, bool holds, const std::string& conditions, bool has_source) {
+std::string verdict_of(Mode mode, bool holds, const std::string& conditions, bool has_source, bool has_first) {
   if (!holds) return fmt::format("not all that {} mode claims holds", name(mode));
+  if (!has_first)
+    return conditions + " and the tiles hold; the distance to the scan is not known: strokes that are lost changed it";
   if (has_source) return fmt::format("all that {} mode claims holds", name(mode));
   return conditions + " and the tiles hold; the distance to the scan was not checked: add --source SCAN";
 }
@@ -540,8 +542,11 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   const Mode mode = model.model().info.mode;
   const SlabMesh& mesh = model.model().head->slab_mesh();
   const PlainCage shell(mesh);
-  RELIEF_TRY(const SnapshotPtr first, model.as_made(0, context.progress));
-  // Where nobody has the model as it was made, nothing of it is known to be as it was then.
+  SnapshotPtr first;  // as it was converted
+  if (model.first_state() == FirstState::AsMade) {
+    RELIEF_TRY(first, model.at(0, context.progress));
+  }
+  // Where nobody has that, nothing of the model is known to be as it was then.
   const std::vector<bool> in_place =
       first ? roots_in_place(mesh, first->slab_mesh()) : std::vector<bool>(mesh.roots().size());
   const auto moved = static_cast<std::size_t>(std::ranges::count(in_place, false));
@@ -576,7 +581,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
                          source_file.empty() ? "" : ", or give --source what --mended wrote"));
   }
   const std::string verdict_text =
-      verdict_of(mode, holds, judged(mode, claimed(certificate, moved == 0)), !source_file.empty());
+      verdict_of(mode, holds, judged(mode, claimed(certificate, moved == 0)), !source_file.empty(), first != nullptr);
   if (context.json) {
     ordered_json json;
     json["verdict"] = verdict_text;
@@ -624,7 +629,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
           samples.tested, samples.at_least ? "at least " : "", samples.off, in_slabs(samples.slabs), samples.worst,
           certificate.source_parts, certificate.source_parts == 1 ? "" : "s", certificate.lattice_step,
           certificate.source_moved));
-    if (moved > 0)
+    if (moved > 0 && first)
       print(fmt::format("strokes moved the fibres of {} slab{}: C0 to C4 are claimed\n", moved, moved == 1 ? "" : "s"));
     print(fmt::format("{}: {}\n", file, verdict_text));
   }

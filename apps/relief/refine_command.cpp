@@ -89,10 +89,11 @@ Status run_refine(const RefineOptions& o, const Context& context) {
   const Model model = read->model();
   const double start = process_cpu_seconds();
   RELIEF_TRY(const SnapshotPtr as_made, read->as_made(read->stroke_count(), context.progress));
-  const bool untouched = as_made && as_made->content_hash() == model.head->content_hash();
+  const bool untouched =
+      where == RefineWhere::Model && as_made && as_made->content_hash() == model.head->content_hash();
   // New slabs for what nobody has touched would only lose a little.
   Refined refined{.model = {model.info, nullptr}};
-  if (where != RefineWhere::Model || !untouched) {
+  if (!untouched) {
     RELIEF_TRY(refined, refine(model, where, as_made, context.progress));
   }
   read.reset();
@@ -108,9 +109,8 @@ Status run_refine(const RefineOptions& o, const Context& context) {
     return {};
   }
   print(printable(o.out) + ": " +
-        (where == RefineWhere::Model && untouched
-             ? "Nothing to do: no stroke has changed the model since its slabs were made"
-             : verdict_of(where, refined, *model.head, after)) +
+        (untouched ? "Nothing to do: no stroke has changed the model since its slabs were made"
+                   : verdict_of(where, refined, *model.head, after)) +
         "\n");
   return {};
 }

@@ -215,8 +215,9 @@ void Kiosk::load(std::size_t exhibit, Page then) {
         RELIEF_TRY(const ModelFile original,
                    ModelFile::open(path(from), true, part_of(progress, "read", 0, kReadShare)));
         made->unit = original.model().info.unit;
-        RELIEF_TRY(made->copy,
-                   ModelFile::create(path(made->file), original.model(), part_of(progress, "copy", kReadShare, 1)));
+        const FirstState first = original.stroke_count() == 0 ? original.first_state() : FirstState::Sculpted;
+        RELIEF_TRY(made->copy, ModelFile::create(path(made->file), original.model(),
+                                                 part_of(progress, "copy", kReadShare, 1), first));
         return {};
       },
       [this, exhibit, made, serial, then](const Status& status) {

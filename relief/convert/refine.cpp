@@ -57,7 +57,7 @@ bool was_made_there(const Snapshot& made, const SlabCorners& corners, const std:
   const Vec3d from = at(-kRounding), way = at(2 * left + kRounding) - from;
   // Along the border of an open surface a ray may pass beside what lies there.
   const double rounding = kRounding * length(corners.point(shares, 1) - corners.point(shares, 0));
-  if (length(closest_point(made, at(left), hint).position - at(left)) <= rounding) return true;
+  if (closest_point(made, at(left), hint, rounding).slab != kNoSlab) return true;
   const auto met = raycast(made, {from, way}, hint);
   return met && met->distance <= 1;
 }

@@ -114,6 +114,7 @@ Result<Facts> facts_of(const Database& source, std::int64_t fibres, std::int64_t
   }
   if (integers["format"] != meta.format || meta.format < 1 || meta.format > kFormatVersion)
     return source.failure(Errc::Corrupt, std::string(kNothing) + "its format is not known");
+  meta.first_sculpted = true;
   return Facts{.meta = meta, .hold = false};
 }
 

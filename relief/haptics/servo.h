@@ -91,7 +91,7 @@ class Servo {
   /// The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
   /// Returns whether the tool still looks for what is around it. Give the next step the same model: on another one that
-  /// begins anew. It soon ends.
+  /// begins anew.
   [[nodiscard]] bool is_looking() const noexcept { return looking_; }
   /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
   void stalled() noexcept { readings_.interrupt(ServoFault::Stalled); }

@@ -77,8 +77,7 @@ class Touch {
   /// Returns whether a tool that touches nothing lies in the material nevertheless, as where the cage has been
   /// exchanged around it: it may be below all slabs.
   [[nodiscard]] virtual bool is_buried(const Snapshot& model, const ToolPose& pose) noexcept = 0;
-  /// Returns whether the last step had no time to find what is around the tool. On another model that begins anew; on
-  /// the same one it soon ends.
+  /// Returns whether the last step had no time to find what is around the tool. On another model that begins anew.
   [[nodiscard]] virtual bool is_looking() const noexcept { return false; }
   /// Returns whether the tool is outside the material.
   [[nodiscard]] virtual bool clear(const Snapshot& model, const ToolPose& pose) noexcept = 0;

@@ -650,13 +650,15 @@ struct Document::State {
   }
 
   void take_change(const Result<Room>& made) {
-    if (!made) {
+    // What it read may belong to a state that is gone.
+    const bool is_of_head = editor.head() == changing->from;
+    if (!made && (is_of_head || made.error().code == Errc::Cancelled)) {
       end_change(std::unexpected(made.error()));
     } else if (note) {
       end_change(watched());
     } else if (open.has_value()) {
       changing->ready = made;  // the stroke would lose its start
-    } else if (editor.head() == changing->from || !made->model) {
+    } else if (made && (is_of_head || !made->model)) {
       if (made->model) push_change(made->model);
       end_change({}, made->model != nullptr);
     } else if (changing->times < 2) {

@@ -77,7 +77,7 @@ struct ChangeCage {
   using AsMade = std::function<Result<SnapshotPtr>(const Progress&)>;
   std::string label;    ///< what people read
   std::string details;  ///< of the journal, JSON; may be empty
-  /// makes the changed model; called on the worker
+  /// Makes the changed model. Called on the worker, or on the edit thread where strokes follow each other all the time.
   std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const AsMade& as_made, const Progress&)> make;
 };
 /// Drops the changes of the cage that have not ended.

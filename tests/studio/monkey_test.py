@@ -73,10 +73,10 @@ class Monkey(Case):
         studio.steady(lambda: [e for e in s.log.update() if e["event"] in ("stroke", "history", "saved")][-1:], rest=3)
         if s.log.last("history") is None:
             return  # nothing has been done
-        undo = s.find("Undo").queryAction()
 
         def at_the_bottom():
             left = s.log.last("history")["undo"]
+            undo = s.find("Undo").queryAction()  # with the last act's theme or language come other buttons
             for _ in range(left):
                 undo.doAction(0)
             return left == 0

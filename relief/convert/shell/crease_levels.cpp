@@ -41,16 +41,14 @@ class Levels {
 
   [[nodiscard]] std::size_t edges() const noexcept { return edges_; }
 
-  /// False when cancelled.
-  bool settle(const Progress& progress) {
+  void settle(const Progress& progress) {
     for (auto begin = on_edge_.begin(); begin != on_edge_.end();) {
-      if (progress.cancelled()) return false;
+      if (progress.cancelled()) return;
       const auto end =
           std::find_if(begin, on_edge_.end(), [&](std::uint32_t v) { return sets_.least(v) != sets_.least(*begin); });
       level_out(std::span<const std::uint32_t>(begin, end));
       begin = end;
     }
-    return true;
   }
 
  private:
@@ -63,16 +61,20 @@ class Levels {
   /// mostly follow it.
   void level_out(std::span<const std::uint32_t> fibres) {
     std::vector<double> levels;
-    for (const std::uint32_t v : fibres) levels.push_back(level(v));
+    std::vector<ShellPatch::Reach> first;
+    for (const std::uint32_t v : fibres) {
+      levels.push_back(level(v));
+      first.push_back(patch_.reach(v));
+    }
     const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
     std::ranges::nth_element(levels, middle);
     double wanted = *middle;
-    Outcome best = bring_to(fibres, wanted);
+    Outcome best = bring_to(fibres, first, wanted);
     for (int next = 0; next < kMostLevels && best.left > 0; ++next) {
       const double other = level(best.last);
-      const Outcome outcome = bring_to(fibres, other);
+      const Outcome outcome = bring_to(fibres, first, other);
       if (outcome.left >= best.left) {
-        best = bring_to(fibres, wanted);
+        bring_to(fibres, first, wanted);
         break;
       }
       best = outcome;
@@ -84,21 +86,23 @@ class Levels {
     std::size_t left = 0;    // fibres that could not be brought to a level
     std::uint32_t last = 0;  // one of them
   };
-  Outcome bring_to(std::span<const std::uint32_t> fibres, double wanted) {
+  /// `first`: what each of them reached before any level was tried, of which it keeps its shares.
+  Outcome bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, double wanted) {
     FibreMoves moves = patch_.moves();
     Outcome outcome;
     for (int pass = 0; pass < kPasses; ++pass) {
       outcome = {};
       std::size_t moved = 0;
-      for (const std::uint32_t v : fibres) {
+      for (std::size_t k = 0; k < fibres.size(); ++k) {
+        const std::uint32_t v = fibres[k];
         if (std::abs(level(v) - wanted) <= kLevel || !patch_.draft().can_move(v)) continue;
-        const ShellPatch::Reach now = patch_.reach(v);
-        const double whole = now[kInner] + now[kOuter];
+        const ShellPatch::Reach before = first[k];
+        const double whole = before[kInner] + before[kOuter];
         // As long as it is, else shorter on the side that has too much.
-        const double shorter = std::min(now[kInner] / wanted, now[kOuter] / (1 - wanted));
+        const double shorter = std::min(before[kInner] / wanted, before[kOuter] / (1 - wanted));
         const auto comes_to = [&](double length) {
           const ShellPatch::Reach reach = {wanted * length, (1 - wanted) * length};
-          return reach[kInner] >= kKeptBelow * now[kInner] && reach[kOuter] >= kKeptAbove * now[kOuter] &&
+          return reach[kInner] >= kKeptBelow * before[kInner] && reach[kOuter] >= kKeptAbove * before[kOuter] &&
                  moves.reach_to(v, reach);
         };
         if (comes_to(whole) || comes_to(shorter)) {

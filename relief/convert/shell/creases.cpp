@@ -1,7 +1,9 @@
+#include <relief/base/disjoint_sets.h>
 #include <relief/convert/shell/creases.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relief::detail {
 namespace {
@@ -32,6 +34,13 @@ Box3d box_of(const std::array<Vec3d, 2>& edge) noexcept {
   return box;
 }
 
+Box3d box_around(Vec3d place, double far) noexcept {
+  Box3d box;
+  box.add(place - Vec3d{far, far, far});
+  box.add(place + Vec3d{far, far, far});
+  return box;
+}
+
 double distance_to(const std::array<Vec3d, 2>& edge, Vec3d place) noexcept {
   const Vec3d along = edge[1] - edge[0], from = place - edge[0];
   const double share = std::clamp(dot(from, along) / std::max(dot(along, along), 1.0), 0.0, 1.0);
@@ -57,49 +66,85 @@ Creases::Creases(const SourceIndex& source) {
     if (continues(f)) flat += area;
   }
   if (flat < kFlatSolid * all) return;
+  std::vector<std::array<std::uint32_t, 2>> ends;
   for (std::uint32_t h = 0; h < twins.size(); ++h) {
     if (twins[h] == kNone || h > twins[h] || !source.alive(h / 3)) continue;
     if (dot(source.normal(h / 3), source.normal(twins[h] / 3)) > kSharp) continue;
-    if (continues(h / 3) || continues(twins[h] / 3)) edges_.push_back({corner(h), corner(next_of(h))});
+    if (!continues(h / 3) && !continues(twins[h] / 3)) continue;
+    edges_.push_back({corner(h), corner(next_of(h))});
+    ends.push_back({source.faces[h / 3][h % 3], source.faces[h / 3][next_of(h) % 3]});
   }
-  if (!edges_.empty()) tree_.emplace(edges_.size(), [&](std::size_t k) { return box_of(edges_[k]); });
+  if (edges_.empty()) return;
+  tree_.emplace(edges_.size(), [&](std::size_t k) { return box_of(edges_[k]); });
+  join(ends);
+}
+
+void Creases::join(const std::vector<std::array<std::uint32_t, 2>>& ends) {
+  struct End {
+    std::uint32_t point, edge, side;
+  };
+  std::vector<End> all;
+  for (std::uint32_t edge = 0; edge < ends.size(); ++edge)
+    for (std::uint32_t side = 0; side < 2; ++side) all.push_back({ends[edge][side], edge, side});
+  std::ranges::stable_sort(all, {}, &End::point);
+  DisjointSets sets(edges_.size());
+  const auto from = [&](const End& end) {
+    return normalized(edges_[end.edge][1 - end.side] - edges_[end.edge][end.side]);
+  };
+  for (std::size_t k = 0; k < all.size();) {
+    std::size_t next = k;
+    while (next < all.size() && all[next].point == all[k].point) ++next;
+    if (next - k == 2 && dot(from(all[k]), from(all[k + 1])) <= -kGoesOn)
+      sets.join(all[k].edge, all[k + 1].edge);
+    else
+      corners_.push_back(edges_[all[k].edge][all[k].side]);
+    k = next;
+  }
+  for (std::uint32_t edge = 0; edge < edges_.size(); ++edge) chains_.push_back(sets.least(edge));
+  if (corners_.empty()) return;
+  corner_tree_.emplace(corners_.size(), [&](std::size_t k) { return box_around(corners_[k], 0); });
 }
 
 template <typename Visit>
 void Creases::for_near(Vec3d place, Visit&& visit) const {
   if (!tree_) return;
-  Box3d box;
-  box.add(place - Vec3d{kOn, kOn, kOn});
-  box.add(place + Vec3d{kOn, kOn, kOn});
-  tree_->query(box, [&](std::uint32_t k) {
-    const std::array<Vec3d, 2>& edge = edges_[k];
-    return distance_to(edge, place) > kOn || visit(normalized(edge[1] - edge[0]));
-  });
+  tree_->query(box_around(place, kOn),
+               [&](std::uint32_t k) { return distance_to(edges_[k], place) > kOn || visit(k); });
 }
 
 bool Creases::find(Vec3d place, std::optional<Vec3d> along) const {
   bool found = false;
-  for_near(place, [&](Vec3d way) {
-    found = !along || length(cross(way, *along)) <= kAlong;
+  for_near(place, [&](std::uint32_t k) {
+    found = !along || length(cross(normalized(edges_[k][1] - edges_[k][0]), *along)) <= kAlong;
     return !found;
   });
   return found;
 }
 
 bool Creases::hold_corner(Vec3d place) const {
-  std::optional<Vec3d> first;
-  bool turns = false;
-  for_near(place, [&](Vec3d along) {
-    if (!first) first = along;
-    turns = std::abs(dot(*first, along)) < kGoesOn;
-    return !turns;
+  if (!corner_tree_) return false;
+  bool found = false;
+  corner_tree_->query(box_around(place, kOn), [&](std::uint32_t k) {
+    found = length(corners_[k] - place) <= kOn;
+    return !found;
   });
-  return turns;
+  return found;
 }
 
 bool Creases::allow(Vec3d from, Vec3d to) const {
   if (from == to || !hold(from)) return true;
-  return !hold_corner(from) && hold(to);
+  if (hold_corner(from)) return false;
+  std::vector<std::uint32_t> left;
+  for_near(from, [&](std::uint32_t k) {
+    left.push_back(chains_[k]);
+    return true;
+  });
+  bool stays = false;
+  for_near(to, [&](std::uint32_t k) {
+    stays = std::ranges::find(left, chains_[k]) != left.end();
+    return !stays;
+  });
+  return stays;
 }
 
 bool Creases::hold_edge(Vec3d from, Vec3d to) const {

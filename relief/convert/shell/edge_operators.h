@@ -22,8 +22,7 @@ struct Effort {
 /// What it is given must outlive it.
 class EdgeOperators {
  public:
-  /// `longest`: of a fibre, lattice steps. `creases`: their corners stay, and so do edges along them unless the effort
-  /// is thorough.
+  /// `longest`: of a fibre, lattice steps. `creases`: they stay, unless the effort is thorough.
   EdgeOperators(const SourceIndex& source, LinkedDraft& draft, SlabChecks& checks, StartGrowth& growth, double longest,
                 Effort effort = {}, const Creases* creases = nullptr) noexcept
       : source_(source),

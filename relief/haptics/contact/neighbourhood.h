@@ -13,11 +13,10 @@
 
 namespace relief::detail {
 
-/// A list of the squares that come within a reach of a place, as many of the nearest as there is room for: about the
-/// place itself no list knows more. It holds all triangles nearer than a distance to another place as long as covers()
-/// says so. A query keeps the distances that it
-/// finds, so that the next one skips most squares. Cost of a query: a few nanoseconds per square, about 60 for each one
-/// that may be near.
+/// A list of the squares that come within a reach of a place. It has as many of the nearest as there is room for: about
+/// the place itself no list knows more. It holds all triangles nearer than a distance to another place as long as
+/// covers() says so. A query keeps the distances that it finds, so that the next one skips most squares. Cost of a
+/// query: a few nanoseconds per square, about 60 for each one that may be near.
 class Neighbourhood {
  public:
   /// Makes the list again, with a reach from `least` to `far`: twice as far beyond `least` as the last one, and as far

@@ -10,9 +10,8 @@ namespace relief {
 namespace {
 
 constexpr double kNorm = 16;
-constexpr double kForesight = 3;    // lengths of its way for which a point is said at once that it is clear
-constexpr std::uint8_t kClose = 3;  // ticks in which a point that is not is not asked again
-constexpr std::size_t kRays = 4;    // points in a tick that are looked for below the slabs
+constexpr double kForesight = 3;  // lengths of its way for which a point is said at once that it is clear
+constexpr std::size_t kRays = 4;  // points in a tick that are looked for below the slabs
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kStep = 10;
 constexpr int kFirst = 200;  // to begin a contact; to tell a point that it is clear may take no longer
@@ -89,19 +88,12 @@ bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optiona
   }
   const double way = length(point.now - point.last);
   if (way < point.room || way == 0) return true;
-  if (point.close > 0) {
-    --point.close;
-    return false;
-  }
   work_ += kCheck;
   // A ball around the middle of the way that has the way in it.
   const double half = 0.5 * way * (1 + 1e-9);
   const double room =
       detail::clear_around(surface, (point.now + point.last) * 0.5, half, kForesight * way, point.nearest, kFirst);
-  if (!(room > half)) {
-    point.close = kClose;
-    return false;
-  }
+  if (!(room > half)) return false;
   point.last = point.now;
   point.room = room - half;
   return true;
@@ -158,7 +150,6 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
     if (other && !point.held) {
       if (length(point.now - point.last) < point.room) point.last = point.now;
       point.room = 0;
-      point.close = 0;
     }
     point.now = pose.place(point.own);
   }

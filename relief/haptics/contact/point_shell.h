@@ -47,6 +47,8 @@ class PointShell {
   /// Returns how many points are held, and how many were worked on in this tick.
   [[nodiscard]] int held() const noexcept { return held_; }
   [[nodiscard]] int worked() const noexcept { return worked_; }
+  /// Returns what the last tick took, in the time of a sample that is placed, about 25 ns.
+  [[nodiscard]] int work() const noexcept { return work_; }
   /// For how many ticks a point that was dealt with in this one had waited for that, at most.
   [[nodiscard]] int waited() const noexcept { return waited_; }
   /// The rest is for a tool that is pushed. The depth of all points together, model units.
@@ -76,7 +78,6 @@ class PointShell {
     // Of a free one:
     double room = 0;           ///< so far it may go from `last` and not meet the surface of the last tick's model
     SlabId nearest = kNoSlab;  ///< where the surface was nearest when it was looked for last
-    std::uint8_t close = 0;    ///< ticks for which it is taken to be too near the surface to be told that it is clear
     // Of each:
     bool old_model = false;  ///< it was not yet looked at in the last tick's model, which may have another surface
     std::uint32_t dealt_with = 0;  ///< number of the tick

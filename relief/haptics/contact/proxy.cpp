@@ -173,7 +173,9 @@ void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
 bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double budget) noexcept {
   const detail::Descent descent = detail::descend(surface, place_, cursor);
   bool rests = descent.ended;
-  if (descent.way > 0) {
+  if (!(descent.way > 0)) {
+    place_ = descent.rest;  // another triangle may be the one that the cursor is behind
+  } else {
     const Vec3d before = place_.position, out = before - cursor;
     const double little = detail::kToMinimum * length(detail::square_to(out, move));
     if (!(descent.ended && descent.way <= little) && past_the_middle(surface, cursor)) {

@@ -43,17 +43,17 @@ Weights foot(const MicroTriangle& t, Vec3d p) noexcept {
 SurfacePlace straight_on(const MicroTriangle& t, Vec3d from, Vec3d goal) noexcept {
   const Weights to = foot(t, goal);
   Weights w = to;
-  if (!(std::ranges::min(to) >= 0)) {
-    const Weights at = nearest_in_triangle(from, t.positions[0], t.positions[1], t.positions[2]);
+  if (!(std::ranges::min(to) >= -kOnEdge)) {
+    const Weights at = on_edges(nearest_in_triangle(from, t.positions[0], t.positions[1], t.positions[2]));
     double share = 1;
     for (std::size_t k = 0; k < 3; ++k)
-      if (to[k] < 0) share = std::min(share, at[k] / (at[k] - to[k]));
+      if (to[k] < -kOnEdge) share = std::min(share, at[k] / (at[k] - to[k]));
     for (std::size_t k = 0; k < 3; ++k) w[k] = at[k] + share * (to[k] - at[k]);
   }
   return place_at(t, w);
 }
 
-/// Says which corners' weights are zero: none in the interior, one on an edge, two at a sample.
+/// Says which corners' weights are all but zero: none in the interior, one on an edge, two at a sample.
 struct Feature {
   int zeros = 0;
   std::size_t zero = 0;    ///< on an edge: the corner opposite
@@ -61,7 +61,7 @@ struct Feature {
 
   explicit Feature(const Weights& w) noexcept {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (w[k] == 0) {
+      if (w[k] < kOnEdge) {
         ++zeros;
         zero = k;
       } else {
@@ -83,8 +83,8 @@ void neighbours(MicroTriangles& surface, const SurfacePlace& place, Visit&& visi
   }
 }
 
-/// Of the triangles that share the place's edge or sample it is said to lie in the one that the goal is farthest
-/// behind, whichever the walk came by: what is felt there does not depend on their order.
+/// Of the triangles that share a place's edge or sample, the place is taken to lie in the one that the goal is farthest
+/// behind. So what is felt there depends neither on their order nor on the way that led there.
 void face(MicroTriangles& surface, SurfacePlace& place, Vec3d goal) noexcept {
   const auto height = [&](const MicroTriangle& t) noexcept { return dot(normalized(t.area()), place.position - goal); };
   SurfacePlace found = place;
@@ -93,7 +93,7 @@ void face(MicroTriangles& surface, SurfacePlace& place, Vec3d goal) noexcept {
     const double h = height(t);
     if (!(h > most)) return;
     most = h;
-    found = place_at(t, nearest(t, place.position).weights);
+    found = {t, on_edges(nearest(t, place.position).weights), place.position};
   });
   place = found;
 }
@@ -101,8 +101,9 @@ void face(MicroTriangles& surface, SurfacePlace& place, Vec3d goal) noexcept {
 }  // namespace
 
 Weights on_edges(Weights w) noexcept {
-  for (double& x : w)
-    if (x < kOnEdge) x = 0;
+  const auto is_near = [](double x) noexcept { return x < kOnEdge && x != 0; };
+  if (std::ranges::none_of(w, is_near)) return w;
+  std::ranges::replace_if(w, is_near, 0.0);
   const auto most = static_cast<std::size_t>(std::ranges::max_element(w) - w.begin());
   w[most] = 1 - w[(most + 1) % 3] - w[(most + 2) % 3];
   return w;
@@ -140,7 +141,8 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
     const double way = length(next.position - place.position);
     if (gone + way > reach) {
       // Both places lie in the new triangle.
-      place = nearest(next.triangle, place.position + (next.position - place.position) * ((reach - gone) / way));
+      const Vec3d end = place.position + (next.position - place.position) * ((reach - gone) / way);
+      place = place_at(next.triangle, nearest(next.triangle, end).weights);
       gone = reach;
       break;
     }
@@ -148,7 +150,7 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
     best = least;
     place = next;
   }
-  if (gone > 0) face(surface, place, goal);
+  face(surface, place, goal);
   return gone;
 }
 

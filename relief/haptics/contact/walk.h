@@ -17,7 +17,7 @@ inline constexpr int kTries = 64;  ///< micro-triangles that one walk looks at
 [[nodiscard]] std::array<double, 3> on_edges(std::array<double, 3> weights) noexcept;
 
 /// Moves a place over the surface towards the goal, triangle by triangle, by `reach` at most (model units), while each
-/// step comes nearer: always the way on which the distance falls fastest, straight in each triangle. It ends at a
+/// step comes nearer: the way on which the distance falls fastest, straight in each triangle. It ends at a
 /// minimum: the triangles around give the place itself. Returns the length of the path. `tries` counts the triangles
 /// down; the walk stops at 0.
 double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept;

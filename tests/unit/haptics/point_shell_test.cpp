@@ -178,6 +178,21 @@ TEST(PointShell, NoPointWaitsLong) {
   }
 }
 
+/// Of a tool that glides over the rough a point is asked once in some ticks, each time for a few samples.
+TEST(PointShell, FreePointsTakeLittleWork) {
+  const SnapshotPtr model = rough_torus();
+  constexpr int kPoints = 200, kTicks = 1000;
+  PointShell shell(sphere_points(kPoints, 0.3));
+  double work = 0;
+  for (int k = 0; k < kTicks; ++k) {
+    const double t = 1e-3 * k;
+    shell.step(*model, {.origin = {2 * std::cos(t), 1.3, 2 * std::sin(t)}, .orientation = {}});
+    ASSERT_EQ(shell.held(), 0) << k;
+    work += shell.work();
+  }
+  EXPECT_LT(work / (kPoints * kTicks), 1.5) << "samples' time per point and tick";
+}
+
 /// Where there is no time for all in a tick, what is felt is nearly what it would be if there were.
 TEST(PointShell, WithoutTimeForAllPointsItIsFeltNearlyAsWithIt) {
   const SnapshotPtr model = rough_torus();

@@ -176,6 +176,32 @@ TEST(Walk, IsStraightWhereTheSurfaceIsFlat) {
   }
 }
 
+TEST(Walk, OnAnEdgeItEndsInTheSameTriangleFromEitherSide) {
+  for (const SnapshotPtr& model : rough_models()) {
+    Ground ground(model);
+    int edges = 0;
+    for (int k = 0; k < 3000; ++k) {
+      SurfacePlace place = ground.next(k);
+      const Vec3d goal = ground.goal(place);
+      int tries = 100'000;
+      detail::walk(ground.surface, place, goal, kAnywhere, tries);
+      if (std::ranges::count(place.weights, 0.0) != 1) continue;
+      const auto opposite = static_cast<std::size_t>(std::ranges::find(place.weights, 0.0) - place.weights.begin());
+      SurfacePlace other = place;
+      other.triangle = ground.surface.across(place.triangle, opposite);
+      if (other.triangle.slab == kNoSlab) continue;
+      ++edges;
+      const auto& [a, b, c] = other.triangle.positions;
+      other.weights = nearest_in_triangle(place.position, a, b, c);
+      other.position = other.triangle.point(other.weights);
+      EXPECT_LT(detail::walk(ground.surface, other, goal, kAnywhere, tries), 1e-12) << k;
+      EXPECT_EQ(other.triangle.slab, place.triangle.slab) << k;
+      EXPECT_LT(length(other.triangle.area() - place.triangle.area()), 1e-12) << k;
+    }
+    EXPECT_GT(edges, 300);
+  }
+}
+
 TEST(Walk, LooksAtNoMoreTrianglesThanItMay) {
   Ground ground(displaced(torus_shell(12, 8, 64), rough));
   int cut = 0;

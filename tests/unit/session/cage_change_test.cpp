@@ -362,6 +362,26 @@ TEST(ChangeOfTheCage, IsMadeAgainWhereTheModelHasChangedMeanwhile) {
   EXPECT_EQ(document.head()->slab_mesh().slab_count(), 4 * before);
 }
 
+// What it asked for may have gone with the steps that a stroke has replaced.
+TEST(ChangeOfTheCage, ThatFailsOnAModelThatHasChangedMeanwhileIsMadeAgain) {
+  Events events;
+  Document document(ball(), events.settings());
+  std::atomic<int> made = 0;
+  document.post(ChangeCage{
+      .label = "finer",
+      .details = {},
+      .make = [&](const SnapshotPtr& model, const auto& as_made, const Progress& progress) -> Result<SnapshotPtr> {
+        if (made++ > 0) return finer(model, as_made, progress);
+        post(document, stroke_over_ball(1));
+        document.settle();
+        return fail(Errc::NotFound, "the step is gone");
+      }});
+  while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(made, 2);
+  EXPECT_TRUE(events.of<Failed>().empty());
+  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+}
+
 TEST(ChangeOfTheCage, ThatFailsOrIsCancelledLeavesNothing) {
   Events events;
   Document document(ball(), events.settings());

@@ -56,6 +56,33 @@ TEST(Creases, WhatIsOnOneStaysThere) {
   EXPECT_TRUE(box.creases.allow(face, box.at({0.5, 0.5, 0})));
 }
 
+/// Two rims that lie near each other: what stands on one of them must not go to the other.
+TEST(Creases, WhatIsOnOneDoesNotGoToAnother) {
+  const Creased plate(testing::box({1, 1, 0.05}));
+  const Vec3d below = plate.at({0.4, 0, 0}), above = plate.at({0.4, 0, 0.05});
+  EXPECT_TRUE(plate.creases.hold(below) && plate.creases.hold(above));
+  EXPECT_FALSE(plate.creases.allow(below, above));
+  EXPECT_TRUE(plate.creases.allow(below, plate.at({0.6, 0, 0})));
+}
+
+/// A rim of 24 sides is one crease all round, however it is turned; on it no place is a corner.
+TEST(Creases, ARimGoesOnAllRound) {
+  const auto turned = [](Vec3d p) {
+    return Vec3d{0.6 * p.x - 0.8 * p.y, 0.48 * p.x + 0.36 * p.y - 0.8 * p.z, 0.64 * p.x + 0.48 * p.y + 0.6 * p.z};
+  };
+  TriangleMesh drum = testing::extruded(testing::regular_polygon(24, 1), 0.5);
+  for (Vec3d& p : drum.positions) p = turned(p);
+  const Creased rims(drum);
+  const auto at = [&](double turn, double z) { return rims.at(turned({std::cos(turn), std::sin(turn), z})); };
+  const double side = 2 * testing::kPi / 24;
+  for (int k = 0; k < 24; ++k) {
+    EXPECT_TRUE(rims.creases.hold(at(k * side, 0.5))) << k;
+    EXPECT_FALSE(rims.creases.hold_corner(at(k * side, 0.5))) << k;
+    EXPECT_TRUE(rims.creases.allow(at(0, 0.5), at(k * side, 0.5))) << k;
+    if (k > 0) EXPECT_FALSE(rims.creases.allow(at(0, 0.5), at(k * side, -0.5))) << k;
+  }
+}
+
 TEST(Creases, ARoundSurfaceHasNone) {
   EXPECT_TRUE(Creased(testing::ball(20)).creases.empty());
   EXPECT_TRUE(Creased(testing::ball(20, 0.1)).creases.empty());
