@@ -566,26 +566,49 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& ch
       to[grid.slots[place.own]][0] = firsts_[place.own];
 }
 
-/// Returns the second word of a sample on a border, in all slabs that have it; once in an update.
+namespace {
+/// Cosine of 30 degrees: roots that meet at a sharper angle are lit each by itself, else they share a normal. So the
+/// edges of a box look sharp, and a wall between slabs on round ground does not show.
+constexpr float kSharp = 0.866F;
+
+bool meet_smoothly(Vec3f a, Vec3f b) {
+  const float along = dot(a, b);
+  return along >= 0 && along * along >= kSharp * kSharp * dot(a, a) * dot(b, b);
+}
+}  // namespace
+
+/// Writes the second word of a sample on a border, in all slabs that have it; once in an update.
 void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t place) {
   if (ring_written_[slabs_[s].ring_at + place]) return;
   const SlabMesh& mesh = model.slab_mesh();
   copies_.clear();
-  Umbrella sum;
   mesh.for_each_copy(s, ring_point(mesh.intervals(s), place), [&](SampleCopy copy) {
-    const std::uint32_t at = slabs_[copy.slab].ring_at + ring_index(mesh.intervals(copy.slab), copy.at);
-    sum.normal += rings_[at].normal;
-    sum.spread += rings_[at].spread;
-    copies_.emplace_back(copy, at);
+    copies_.emplace_back(copy, slabs_[copy.slab].ring_at + ring_index(mesh.intervals(copy.slab), copy.at));
   });
-  const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
-  for (const auto& [copy, at] : copies_) {
-    const SlabState& state = slabs_[copy.slab];
-    const std::uint16_t slot = (*state.slots)[sample_index(mesh.intervals(copy.slab), copy.at)];
-    chunks_[state.chunk].sample_words[state.samples_at + slot][1] = word;
-    touch(copy.slab, {copy.at.i, copy.at.j, copy.at.i, copy.at.j});
-    ring_written_[at] = true;
-    written_.push_back(at);
+  for (std::size_t first = 0, end = 0; first < copies_.size(); first = end) {
+    // From here to `end`: a copy, those of its root or that meet it smoothly, those that meet one of these, and so on.
+    end = first + 1;
+    Umbrella sum;
+    for (std::size_t k = first; k < end; ++k) {
+      const SlabId root = mesh.root_place(copies_[k].first.slab).root;
+      const Umbrella& own = rings_[copies_[k].second];
+      sum.normal += own.normal;
+      sum.spread += own.spread;
+      for (std::size_t other = end; other < copies_.size(); ++other)
+        if (mesh.root_place(copies_[other].first.slab).root == root ||
+            meet_smoothly(own.normal, rings_[copies_[other].second].normal))
+          std::swap(copies_[end++], copies_[other]);
+    }
+    const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
+    for (std::size_t k = first; k < end; ++k) {
+      const auto& [copy, at] = copies_[k];
+      const SlabState& state = slabs_[copy.slab];
+      const std::uint16_t slot = (*state.slots)[sample_index(mesh.intervals(copy.slab), copy.at)];
+      chunks_[state.chunk].sample_words[state.samples_at + slot][1] = word;
+      touch(copy.slab, {copy.at.i, copy.at.j, copy.at.i, copy.at.j});
+      ring_written_[at] = true;
+      written_.push_back(at);
+    }
   }
 }
 
