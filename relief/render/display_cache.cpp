@@ -566,18 +566,8 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& ch
       to[grid.slots[place.own]][0] = firsts_[place.own];
 }
 
-namespace {
-/// Cosine of 30 degrees: roots that meet at a sharper angle are lit each by itself, else they share a normal. So the
-/// edges of a box look sharp, and a wall between slabs on round ground does not show.
-constexpr float kSharp = 0.866F;
-
-bool meet_smoothly(Vec3f a, Vec3f b) {
-  const float along = dot(a, b);
-  return along >= 0 && along * along >= kSharp * kSharp * dot(a, a) * dot(b, b);
-}
-}  // namespace
-
-/// Writes the second word of a sample on a border, in all slabs that have it; once in an update.
+/// Writes the second word of a sample on a border, in all slabs that have it; once in an update. Roots that meet at an
+/// edge are lit each by itself.
 void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t place) {
   if (ring_written_[slabs_[s].ring_at + place]) return;
   const SlabMesh& mesh = model.slab_mesh();

@@ -114,8 +114,8 @@ class FrameRenderer {
   /// everything.
   [[nodiscard]] Result<PixelRect> draw(const Snapshot& model, const Frame& frame, std::span<std::uint32_t> pixels,
                                        int stride, const std::atomic<bool>* cancel = nullptr, bool everything = false);
-  /// Returns the same for plain triangles, with smooth normals. They are uploaded when the spans differ from the last
-  /// ones given; who changes what they point to says `everything`.
+  /// Returns the same for plain triangles, smooth up to edges of 30 degrees. They are uploaded when the spans differ
+  /// from the last ones given; who changes what they point to says `everything`.
   [[nodiscard]] Result<PixelRect> draw(const MeshView& mesh, const Frame& frame, std::span<std::uint32_t> pixels,
                                        int stride, const std::atomic<bool>* cancel = nullptr, bool everything = false);
   /// Into the colour of a framebuffer of the context in use, whose lower left width x height pixels become those of

@@ -26,7 +26,8 @@ struct MeshBuffers {
            mesh.positions.size() == view.positions.size() && mesh.triangles.data() == view.triangles.data() &&
            mesh.triangles.size() == view.triangles.size() && mesh.colours.data() == view.colours.data();
   }
-  /// Uploads it, with smooth normals and the curvature at each vertex. Context current.
+  /// Uploads it, with the curvature at each vertex and a normal that is smooth up to edges of 30 degrees. Context
+  /// current.
   void load(const MeshView& mesh);
 };
 

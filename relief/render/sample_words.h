@@ -27,6 +27,14 @@ struct Umbrella {
   friend bool operator==(const Umbrella&, const Umbrella&) = default;
 };
 
+/// Returns whether ground that faces these ways, of any lengths, shares a normal where it meets: up to 30 degrees, or
+/// where one has no way. So the edges of a box look sharp, and the facets of round ground do not show.
+[[nodiscard]] inline bool meet_smoothly(Vec3f a, Vec3f b) noexcept {
+  constexpr float kSharp = 0.866F;
+  const float along = dot(a, b);
+  return along >= 0 && along * along >= kSharp * kSharp * dot(a, a) * dot(b, b);
+}
+
 /// Rounded up, so that loops may run over the ends of arrays.
 inline constexpr std::size_t kSpare = 16;
 

@@ -1,12 +1,16 @@
 // Frames for a window: what is redrawn, at which level, from which camera, and what may be asked of them afterwards.
 #include "render_support.h"
+#include "support/cuts.h"
 
 #include <relief/core/tessellate.h>
 #include <relief/render/coverage.h>
 #include <relief/render/gl_context.h>
 #include <relief/render/slab_view.h>
 
+#include <optional>
 #include <random>
+#include <set>
+#include <string>
 #include <thread>
 
 namespace relief::testing {
@@ -295,6 +299,136 @@ TEST(Mesh, LooksLikeTheSlabsThatReplaceIt) {
   EXPECT_GT((middle >> 16U) & 255U, 2 * ((middle >> 8U) & 255U));
   // Nothing at all is a picture too.
   EXPECT_TRUE(with.draw(MeshView{}, frame, words, kWidth));
+}
+
+/// A cube with corners at +-1, two slabs a face: fibres along its diagonals, from 0.8 to 1.2 times a corner.
+SnapshotPtr cube(int n) {
+  std::vector<Fibre> fibres;
+  for (unsigned k = 0; k < 8; ++k) {
+    const Vec3d corner = {(k & 1U) != 0 ? 1.0 : -1.0, (k & 2U) != 0 ? 1.0 : -1.0, (k & 4U) != 0 ? 1.0 : -1.0};
+    fibres.push_back({corner * 0.8, corner * 1.2});
+  }
+  std::vector<SlabMesh::Face> faces;
+  for (const std::array<FibreId, 4> q :
+       {std::array<FibreId, 4>{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}}) {
+    faces.push_back({{q[0], q[1], q[2]}, n});
+    faces.push_back({{q[0], q[2], q[3]}, n});
+  }
+  auto mesh = SlabMesh::make(std::move(fibres), faces);
+  return displaced(std::make_shared<const SlabMesh>(*std::move(mesh)), [](Vec3d) { return 0.5; });
+}
+
+/// From afar, in light that depends on the normal only.
+Frame from_afar() {
+  Camera camera = front(16.0 / 9, 30, 25);
+  camera.parallel = true;
+  camera.view_height = 4;
+  Frame frame = small_frame(camera);
+  frame.tau = 0;
+  frame.look.light = Look::Light::Matcap;
+  return frame;
+}
+
+/// The face of the cube that a ray meets first, by its six planes, and how far from its edges.
+struct Met {
+  std::size_t face = 0;
+  double rim = 0;
+};
+std::optional<Met> first_face(const Ray3d& ray) {
+  double enter = -1e9, leave = 1e9;
+  Met met;
+  const std::array o = {ray.origin.x, ray.origin.y, ray.origin.z},
+                   d = {ray.direction.x, ray.direction.y, ray.direction.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double a = (-1 - o[axis]) / d[axis], b = (1 - o[axis]) / d[axis], near = std::min(a, b);
+    if (near > enter) {
+      enter = near;
+      met.face = 2 * axis + (d[axis] < 0 ? 1 : 0);
+    }
+    leave = std::min(leave, std::max(a, b));
+  }
+  if (enter > leave) return std::nullopt;
+  met.rim = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (axis != met.face / 2) met.rim = std::min(met.rim, 1 - std::abs(o[axis] + d[axis] * enter));
+  return met;
+}
+
+void expect_one_colour_a_face(const Words& words, const Frame& frame, const std::string& of) {
+  std::array<std::optional<Pixel>, 6> colours;
+  int seen = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const auto met = first_face(pixel_ray(frame.camera, kWidth, kHeight, x + 0.5, y + 0.5));
+      if (!met || met->rim < 0.05) continue;  // two pixels at the edges
+      const std::uint32_t word = words[static_cast<std::size_t>(y * kWidth + x)];
+      const Pixel now = {static_cast<int>((word >> 16U) & 255U), static_cast<int>((word >> 8U) & 255U),
+                         static_cast<int>(word & 255U)};
+      std::optional<Pixel>& first = colours[met->face];
+      if (!first) first = now;
+      ASSERT_LE(difference(*first, now), 2) << of << " at " << x << ' ' << y;
+      ++seen;
+    }
+  EXPECT_GT(seen, 5000) << of;
+}
+
+TEST(Edges, AFaceOfACubeHasOneColourUpToItsEdges) {
+  const Frame frame = from_afar();
+  FrameRenderer with = make_renderer();
+  for (const int n : {4, 15}) {
+    const auto model = cube(n);
+    expect_one_colour_a_face(whole(with, *model, frame), frame, "n " + std::to_string(n));
+    expect_one_colour_a_face(whole(with, *cut_at_random(model, 6), frame), frame, "cut, n " + std::to_string(n));
+    const Tessellation all = tessellate(*model);
+    Words words = blank(frame);
+    ASSERT_TRUE(with.draw({all.positions, all.triangles}, frame, words, kWidth));
+    expect_one_colour_a_face(words, frame, "mesh, n " + std::to_string(n));
+  }
+}
+
+TEST(Edges, OfAMeshAreSharpFromThirtyDegrees) {
+  const Frame frame = from_afar();
+  const Vec3d right = normalized(cross(frame.camera.target - frame.camera.eye, frame.camera.up)),
+              back = normalized(frame.camera.eye - frame.camera.target), up = cross(back, right);
+  // A roof towards the eye, its ridge upright; how many colours its right half has.
+  const auto colours = [&](double degrees) {
+    const double slope = std::tan(degrees * std::numbers::pi / 360);
+    std::vector<Vec3d> corners;
+    for (const double y : {-0.8, 0.8})
+      for (const double x : {-1.0, 0.0, 1.0}) corners.push_back(right * x + up * y - back * (slope * std::abs(x)));
+    const std::vector<std::array<std::uint32_t, 3>> triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+    FrameRenderer with = make_renderer();  // which holds no mesh that lay in the same places
+    Words words = blank(frame);
+    EXPECT_TRUE(with.draw({corners, triangles}, frame, words, kWidth));
+    const auto row = words.begin() + kHeight / 2 * kWidth;
+    return std::set<std::uint32_t>(row + kWidth / 2 + 2, row + kWidth / 2 + 40).size();
+  };
+  EXPECT_LE(colours(36), 2U);
+  EXPECT_GT(colours(24), 5U);
+}
+
+TEST(Edges, FacetsOfRoundGroundDoNotShow) {
+  // Facets of about 6 degrees; the judge is a ball of 64 times as many.
+  const Frame frame = from_afar();
+  const auto coarse = ball(1, 8), fine = ball(1, 64);
+  FrameRenderer with = make_renderer();
+  const Words wanted = whole(with, *fine, frame);
+  const Tessellation all = tessellate(*coarse);
+  Words mesh = blank(frame);
+  ASSERT_TRUE(with.draw({all.positions, all.triangles}, frame, mesh, kWidth));
+  for (const Words& words : {whole(with, *coarse, frame), mesh}) {
+    unsigned worst = 0;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        if (std::hypot(x + 0.5 - kWidth / 2.0, y + 0.5 - kHeight / 2.0) > 0.2 * kHeight) continue;
+        const std::size_t k = static_cast<std::size_t>(y * kWidth + x);
+        for (const unsigned shift : {0U, 8U, 16U}) {
+          const unsigned a = (words[k] >> shift) & 255U, b = (wanted[k] >> shift) & 255U;
+          worst = std::max(worst, std::max(a, b) - std::min(a, b));
+        }
+      }
+    EXPECT_LE(worst, 14U);
+  }
 }
 
 TEST(ParallelCamera, ShowsABallAsACircleOfItsRadius) {

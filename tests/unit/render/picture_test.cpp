@@ -1,6 +1,5 @@
 // What a user sees: shape, colour, place, and that a picture is the same every time.
 #include "render_support.h"
-#include "support/cuts.h"
 
 #include <png.h>
 #include <unistd.h>
@@ -193,91 +192,6 @@ TEST(Sculpting, ShowsTheSameShapeAsThePicture) {
   EXPECT_GT(covered, 3000);
   // The two are turned over against each other, so a rim may fall on either side of a pixel's middle.
   EXPECT_LE(differ, 4);
-}
-
-/// A cube with corners at +-1, two slabs a face: fibres along its diagonals, from 0.8 to 1.2 times a corner.
-SnapshotPtr cube(int n) {
-  std::vector<Fibre> fibres;
-  for (int k = 0; k < 8; ++k) {
-    const Vec3d corner = {(k & 1) != 0 ? 1.0 : -1.0, (k & 2) != 0 ? 1.0 : -1.0, (k & 4) != 0 ? 1.0 : -1.0};
-    fibres.push_back({corner * 0.8, corner * 1.2});
-  }
-  std::vector<SlabMesh::Face> faces;
-  for (const std::array<FibreId, 4> q :
-       {std::array<FibreId, 4>{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}}) {
-    faces.push_back({{q[0], q[1], q[2]}, n});
-    faces.push_back({{q[0], q[2], q[3]}, n});
-  }
-  auto mesh = SlabMesh::make(std::move(fibres), faces);
-  return displaced(std::make_shared<const SlabMesh>(*std::move(mesh)), [](Vec3d) { return 0.5; });
-}
-
-/// In light that depends on the normal only, from afar.
-Picture matcap_from_afar(const Snapshot& model, int azimuth, int elevation) {
-  Camera camera = front(16.0 / 9, azimuth, elevation);
-  camera.parallel = true;
-  camera.view_height = 4;
-  Frame frame = small_frame(camera);
-  frame.tau = 0;
-  frame.samples = 1;
-  frame.look.light = Look::Light::Matcap;
-  auto picture = renderer().picture(model, frame);
-  EXPECT_TRUE(picture);
-  return *std::move(picture);
-}
-
-TEST(Sculpting, AFaceOfACubeHasOneColourUpToItsEdges) {
-  for (const int n : {4, 15}) {
-    const auto model = cube(n);
-    for (const SnapshotPtr& each : {model, cut_at_random(model, 6)}) {
-      const Picture picture = matcap_from_afar(*each, 30, 25);
-      Camera camera = front(16.0 / 9, 30, 25);
-      camera.parallel = true;
-      camera.view_height = 4;
-      std::array<std::optional<Pixel>, 6> colours;
-      int seen = 0;
-      for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
-          // The face by the ray and the six planes.
-          const Ray3d ray = pixel_ray(camera, kWidth, kHeight, x + 0.5, y + 0.5);
-          double enter = -1e9, leave = 1e9;
-          std::size_t face = 0;
-          double rim = 1e9;
-          for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double o = (&ray.origin.x)[axis], d = (&ray.direction.x)[axis];
-            const double a = (-1 - o) / d, b = (1 - o) / d;
-            if (std::min(a, b) > enter) {
-              enter = std::min(a, b);
-              face = 2 * axis + (d < 0 ? 1 : 0);
-            }
-            leave = std::min(leave, std::max(a, b));
-          }
-          if (enter > leave) continue;
-          const Vec3d at = ray.origin + ray.direction * enter;
-          for (std::size_t axis = 0; axis < 3; ++axis)
-            if (axis != face / 2) rim = std::min(rim, 1 - std::abs((&at.x)[axis]));
-          if (rim < 0.05) continue;  // about two pixels
-          std::optional<Pixel>& first = colours[face];
-          if (!first) first = pixel(picture, x, y);
-          ASSERT_LE(difference(*first, pixel(picture, x, y)), 2) << "n " << n << " at " << x << ' ' << y;
-          ++seen;
-        }
-      EXPECT_GT(seen, 5000);
-    }
-  }
-}
-
-TEST(Sculpting, WallsOfSlabsOnRoundGroundDoNotShow) {
-  // Facets of about 6 degrees; the judge is the ball's own normals.
-  const auto coarse = ball(1, 8), fine = ball(1, 64);
-  const Picture now = matcap_from_afar(*coarse, 30, 25), wanted = matcap_from_afar(*fine, 30, 25);
-  int worst = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
-      const double r = std::hypot(x + 0.5 - kWidth / 2.0, y + 0.5 - kHeight / 2.0) / (kHeight / 4.0);
-      if (r < 0.8) worst = std::max(worst, difference(pixel(now, x, y), pixel(wanted, x, y)));
-    }
-  EXPECT_LE(worst, 14);
 }
 
 /// A ball with a colour and a dent, in triangles of about the given number of pixels.
