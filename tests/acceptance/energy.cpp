@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace relief::acceptance {
 namespace {
@@ -106,15 +109,16 @@ class Work {
   }
   /// As a share of the largest force times the way's length.
   [[nodiscard]] double share_left(const Loop& loop, int steps, int halvings) {
+    kept_.resize(static_cast<std::size_t>(halvings) + 2);
     Driver hand(settings_, testing::strong_device());
     static_cast<void>(hand.at(model_, loop.start()));
     Place here = settled(hand, loop.at(0));
     // Once round without counting: the end of the count must find the contact as the beginning did.
     for (int k = 1; k <= steps; ++k) here = settled(hand, loop.at(double(k) / steps));
     for (int k = 1; k <= steps; ++k) {
-      const Driver before = hand;
+      kept_.back() = hand;
       const Place there = settled(hand, loop.at(double(k) / steps));
-      hand = before;
+      hand = *kept_.back();
       here = go(hand, here, there, halvings);
     }
     return most_ > 0 ? work_ / (most_ * way_) : std::nan("");
@@ -138,11 +142,12 @@ class Work {
   }
   /// `to` is what was felt there in one step; returns what is felt there after finer ones.
   Place go(Driver& hand, const Place& from, const Place& to, int halvings) {
-    const Driver before = hand;
+    std::optional<Driver>& before = kept_[static_cast<std::size_t>(halvings)];
+    before = hand;
     const Place middle = settled(hand, (from.cursor + to.cursor) * 0.5);
     const double halved = work(from, middle) + work(middle, to);
     if (halvings > 0 && !(std::abs(halved - work(from, to)) < tolerance_)) {
-      hand = before;
+      hand = *before;
       const Place first = go(hand, from, middle, halvings - 1);
       return go(hand, first, to, halvings - 1);
     }
@@ -156,6 +161,8 @@ class Work {
   const Snapshot& model_;
   double size_, tolerance_;
   ServoSettings settings_;
+  /// What the hand was before a step, by the halvings left. Kept, as each new one would ask the system for its memory.
+  std::vector<std::optional<Driver>> kept_;
   double work_ = 0, way_ = 0, most_ = 0;
 };
 
