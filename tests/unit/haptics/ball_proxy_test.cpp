@@ -426,6 +426,34 @@ TEST(BallProxy, NoTickTakesLongWhereThereIsNoRoomForAllThatIsNear) {
   }
 }
 
+/// Ground of spikes, up to 80 times as high as they are apart: the ball rests on their tips, and is in none of them.
+TEST(BallProxy, IsInNoneOfTheSpikesThatItRestsOn) {
+  struct Ground {
+    double depth, radius;
+  };
+  for (const auto& [depth, radius] : {Ground{0.5, 2.5 / 128}, Ground{1, 5.0 / 128}, Ground{2, 2.5 / 128}}) {
+    const SnapshotPtr model = displaced(plane_shell(1, 128, depth), [](Vec3d p) {
+      const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+      return 0.5 + 0.8 * (any - std::floor(any) - 0.5);
+    });
+    const double top = 0.8 * depth;
+    BallProxy ball;
+    Vec3d hand = {0.3, top + 2 * radius, 0.4};
+    ball.step(*model, hand, radius);
+    int touched = 0, longest = 0;
+    for (int k = 1; k < 2000; ++k) {
+      hand = {0.3 + 1e-4 * k, top + std::max(-0.1 * top, (2 - 0.01 * k) * radius), 0.4 + 5e-5 * k};
+      touched += ball.step(*model, hand, radius) ? 1 : 0;
+      longest = std::max(longest, ball.work());
+      if (k % 20 == 0) {
+        EXPECT_GE(distance_of(closest_point(*model, ball.centre()), ball.centre()), radius * (1 - 1e-3)) << depth;
+      }
+    }
+    EXPECT_GT(touched, 500) << depth;
+    EXPECT_LT(longest, kMostInATick / 2) << depth;
+  }
+}
+
 /// Nor where the surface changes under it, and all that is near is to be found anew.
 TEST(BallProxy, NoTickTakesLongAfterAChange) {
   const auto mesh = plane_shell(64, 32);
