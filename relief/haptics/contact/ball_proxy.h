@@ -86,6 +86,7 @@ class BallProxy {
   /// How changes of the model have moved the place where the ball touched.
   struct Shift {
     Vec3d way;                  ///< less what the ball has gone of it
+    double carried = 0;         ///< how far the ball went with it, out of the material
     bool lost = false;          ///< it is no more
     std::optional<bool> leads;  ///< whether the ball goes that way, and not to the cursor; empty: not yet seen
   };
@@ -93,6 +94,8 @@ class BallProxy {
   void follow_surface(MicroTriangles& surface) noexcept;
   /// Takes over what has become of the surface, with the cursor where it was. Whether that may be felt.
   bool carry(MicroTriangles& surface, double radius) noexcept;
+  /// Returns whether the surface has risen beyond the centre.
+  [[nodiscard]] bool is_buried(const Snapshot& model, const detail::ball::Around& around, double radius) const noexcept;
   /// Towards the cursor, which has moved there with the hand.
   void go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept;
   /// Work that the hand's way may take in a tick, beyond what was done before.

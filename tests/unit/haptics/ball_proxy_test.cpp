@@ -1008,19 +1008,61 @@ TEST(BallProxy, ItIsFreeOnceTheHandRestsInTheOpen) {
   }
 }
 
+/// Ground that rises above the ball takes it along, rough or with a bump, be it several radii in one tick.
+TEST(BallProxy, GroundThatRisesAboveItTakesItAlong) {
+  const auto mesh = plane_shell(2, 64, 0.4);
+  const double radius = 0.03;
+  for (const bool bump : {false, true})
+    for (const double share : {1.2, 2.4, 3.6, 5.0}) {
+      const double rise = share * radius;
+      const auto ground = [&](double risen) {
+        return displaced(mesh, [=](Vec3d p) {
+          const double r2 = (p.x - 0.5) * (p.x - 0.5) + (p.z - 0.5) * (p.z - 0.5);
+          const double rough = 0.004 * std::sin(60 * p.x) * std::sin(70 * p.z);
+          return 0.5 + (rough + risen * (bump ? std::exp(-r2 / 0.005) : 1)) / 0.8;
+        });
+      };
+      const SnapshotPtr low = ground(0), high = ground(rise);
+      for (double x = 0.4; x < 0.6; x += 0.017) {
+        BallProxy ball;
+        const Vec3d from = {x, 0.06, 1 - x}, hand = {x, radius - 0.01, 1 - x};
+        ball.step(*low, from, radius);
+        lead(ball, *low, from, hand, radius, 100);
+        ASSERT_TRUE(ball.step(*high, hand, radius));
+        EXPECT_FALSE(ball.lost());
+        if (!bump) {
+          EXPECT_NEAR(ball.rise(), rise, 0.1 * radius) << share << ' ' << x;
+        }
+        int ticks = 0;
+        for (; ball.settling() && ticks < 20; ++ticks) ASSERT_TRUE(ball.step(*high, hand, radius));
+        EXPECT_LT(ticks, 10) << share << ' ' << x;
+        LocateHint hint;
+        const auto there = probe(*high, ball.centre(), hint);
+        EXPECT_FALSE(there && there->touching()) << share << ' ' << x;
+        EXPECT_TRUE(BallProxy::clear(*high, ball.centre(), 0.99 * radius)) << share << ' ' << x;
+      }
+    }
+}
+
+/// What rises beside the place where it touches does not take it along.
 TEST(BallProxy, ASurfaceThatRisesBeyondItsCentreIsReported) {
-  const auto mesh = plane_shell(4, 8);
-  const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
-  for (const double alpha :
-       {0.83, 0.9, 0.99}) {  // to 0.066, 0.08 and 0.098: within the radius above the centre, and beyond
-    const SnapshotPtr high = displaced(mesh, [=](Vec3d) { return alpha; });
+  const auto mesh = plane_shell(1, 100, 0.4);
+  const double radius = 0.03;
+  // A slope of 45 degrees: the ball touches it 0.7 radii beside its centre, below which a block rises.
+  const auto ground = [&](double risen) {
+    return displaced(mesh, [=](Vec3d p) { return 0.5 + (0.5 - p.x + (p.x > 0.51 ? risen : 0)) / 0.8; });
+  };
+  const SnapshotPtr low = ground(0);
+  for (const double share : {2.0, 3.0, 5.0}) {
+    const SnapshotPtr high = ground(share * radius);
     BallProxy ball;
-    const double radius = 0.03;
-    ball.step(*low, {0.5, 0.09, 0.5}, radius);
-    lead(ball, *low, {0.5, 0.09, 0.5}, {0.5, 0.02, 0.5}, radius, 10);
+    const Vec3d out = {std::sqrt(0.5), std::sqrt(0.5), 0}, on = {0.5, 0, 0.3};
+    ball.step(*low, on + out * 0.09, radius);
+    lead(ball, *low, on + out * 0.09, on + out * 0.02, radius, 10);
+    ASSERT_TRUE(ball.held());
     EXPECT_FALSE(ball.lost());
-    ball.step(*high, {0.5, 0.02, 0.5}, radius);
-    EXPECT_TRUE(ball.lost()) << alpha;
+    ball.step(*high, on + out * 0.02, radius);
+    EXPECT_TRUE(ball.lost()) << share;
   }
 }
 
