@@ -89,7 +89,6 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   const Vec3d goal = waits ? centre_ + shift.way : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
-  unseen_ = way.cut;
   if (way.cut || (waits && !way.settled)) shift_ = {.way = goal - centre_, .lost = shift.lost, .leads = waits};
   settled_ = overlap_ <= kRest * radius && way.settled;
   ledger_.clear();  // what an edit gives is no gain of the hand

@@ -42,8 +42,7 @@ class BallProxy {
   [[nodiscard]] bool under_way() const noexcept { return under_way_; }
   /// In this tick a change of the model has moved it, or begun to: there was no time to see where it comes to rest.
   [[nodiscard]] bool settling() const noexcept { return settling_; }
-  /// Returns whether it has had no time yet to see what is around it, or where it goes. On another model it would begin
-  /// anew.
+  /// Returns whether it has had no time yet to see what is around it. On another model it would begin anew.
   [[nodiscard]] bool is_looking() const noexcept;
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
