@@ -45,8 +45,8 @@ struct GridSquare {
 /// A vector in each of four lanes.
 using FourVectors = Vec3<Four>;
 
-/// Four squares, each by the parallelogram half-way between its bounds. In floats, relative to a point, in units of
-/// about the distance that is asked about.
+/// Four squares, each by the parallelogram half-way between its bounds, swept along the fibres up to them. In floats,
+/// relative to a point, in units of about the distance that is asked about.
 struct Sheets {
   /// Four pairs of planes, alike on both sides of the centre.
   struct Strips {
@@ -70,19 +70,23 @@ struct Sheets {
   static constexpr float kRounding = 1e-4F;  ///< of a distance: above what floats round
 
   FourVectors centre;
-  Four off{};                    ///< how far the squares' triangles may be off the parallelograms
+  Four off{};                    ///< how far the squares' triangles may be off what is swept
   Four round{};                  ///< no corner is farther from the centre
-  std::array<Strips, 3> strips;  ///< the plane, and between two opposite sides each
+  std::array<Strips, 3> strips;  ///< along the plane, and between two opposite sides each
 
   Sheets() = default;
-  /// `u`, `v`: from the centre half-way to the corners.
-  Sheets(FourVectors middle, FourVectors u, FourVectors v, Four deviation) noexcept
+  /// `u`, `v`: from the centre half-way to the corners; `sweep`: as far as the parallelogram goes to either side.
+  Sheets(FourVectors middle, FourVectors u, FourVectors v, FourVectors sweep, Four deviation) noexcept
       : centre(middle), off(deviation + kRounding) {
     const FourVectors n = cross(u, v);
     const Four n2 = dot(n, n), u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), none = {};
-    round = root(u2 + v2 + 2 * greatest(uv, -uv));
+    round = root(u2 + v2 + 2 * greatest(uv, -uv)) + root(dot(sweep, sweep));
     const FourMask known = (n2 > kNeedle * u2 * v2) & (u2 < kLarge2) & (v2 < kLarge2);
-    strips = {Strips(n, none, known), Strips(cross(v, n), n2, known), Strips(cross(n, u), n2, known)};
+    const auto strip = [&](FourVectors across, Four corner) noexcept {
+      const Four swept = dot(across, sweep);
+      return Strips(across, corner + greatest(swept, -swept), known);
+    };
+    strips = {strip(n, none), strip(cross(v, n), n2), strip(cross(n, u), n2)};
   }
   /// Returns a bit for each square that is not known to be farther than `reach` from a place; `least`: the triangles of
   /// those are no nearer.
@@ -498,7 +502,8 @@ class NearSlab {
       for (unsigned bits = sheets.may_be_near({}, near, least) & ((1U << present) - 1); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
         const Number& at = four[lane];
-        const bool flat = slab.may_be_flat(sheets.off[lane]) && is_flat(at, square(at));
+        const float high = std::max(sheets.off[lane], sheets.strips[0].half[lane]);
+        const bool flat = slab.may_be_flat(high) && is_flat(at, square(at));
         if (flat || at.level <= level)
           take(GridSquare{slab_, at.level, at.i, at.j, flat}, sheets, lane);
         else
@@ -520,11 +525,10 @@ class NearSlab {
   /// The slab in floats.
   struct FloatSlab {
     FourVectors a, b, c, d, e, f;
-    float thickest, widening, stretch, rounding, flat;  ///< rounding: more than floats may be off
+    float widening, stretch, rounding, flat;  ///< rounding: more than floats may be off
 
     FloatSlab(const NearSlab& slab, double scale) noexcept
-        : thickest(static_cast<float>(slab.thickest_ * scale)),
-          widening(static_cast<float>(slab.widening_ * scale)),
+        : widening(static_cast<float>(slab.widening_ * scale)),
           stretch(static_cast<float>(slab.stretch_)),
           rounding(static_cast<float>(
               1e-6 * scale * (length(slab.a_) + (length(slab.b_) + length(slab.c_)) * slab.n_ + 3 * slab.thickest_))),
@@ -558,9 +562,10 @@ class NearSlab {
       const Four i = ci.all(), j = cj.all(), half = halves.all(), low = lows.all(), high = highs.all();
       const Four slope_i = slopes_i.all(), slope_j = slopes_j.all(), middle = (low + high) * 0.5F;
       const FourVectors along = d + e * i + f * j;
-      const Four bend = widening * (greatest(slope_i, -slope_i) + greatest(slope_j, -slope_j)) * half * half;
+      const Four above = (high - low) * 0.5F, steep = greatest(slope_i, -slope_i) + greatest(slope_j, -slope_j);
       return {a + b * i + c * j + along * middle, (b + e * middle + along * slope_i) * half,
-              (c + f * middle + along * slope_j) * half, (high - low) * (0.5F * thickest) + bend + rounding};
+              (c + f * middle + along * slope_j) * half, along * above,
+              widening * half * (steep * half + above) + rounding};
     }
   };
 

@@ -121,7 +121,7 @@ void Readings::judge_motion(const DeviceState& reading, bool timed, Judged& now)
   if (!reading.has_velocity) return;
   if (!is_finite(reading.velocity))
     now.faults |= bit(ServoFault::BadPosition);
-  else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
+  else if (length(reading.velocity) > kMaxSpeed)
     now.faults |= bit(ServoFault::TooFast);
   // A sensor that says it moves and stays where it is.
   frozen_ = has_position_ && travel == 0 && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;

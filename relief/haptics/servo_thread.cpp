@@ -24,7 +24,6 @@ constexpr std::uint64_t kPeriod = 1'000'000;  // ns
 constexpr std::uint64_t kStandstill = 50 * kPeriod;
 constexpr int kPriority = 80;              // below the kernel's own threads for USB
 constexpr double kReopenEvery = 0.5;       // s
-constexpr int kLongestLook = 100;          // ticks; a ball in a hollow of thousands of slabs takes 52
 constexpr std::size_t kNotedLosses = 100;  // a device that drops out all day must not fill the memory
 
 std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
@@ -200,8 +199,7 @@ void ServoThread::feel() noexcept {
   // As part of the reading, so that a recording of it gives the same forces again.
   tick_.reading.forces_off = tick_.reading.forces_off || !forces_.load(std::memory_order_acquire);
   // What was begun is seen to its end, however often somebody changes the model; but what they do is felt.
-  looks_ = servo_.is_looking() ? looks_ + 1 : 0;
-  const Snapshot& model = looks_ > 0 && looks_ <= kLongestLook ? reader_.current() : reader_.latest();
+  const Snapshot& model = servo_.is_looking() ? reader_.current() : reader_.latest();
   tick_.model = &model;
   tick_.sample = servo_.step(model, tick_.reading);
 }

@@ -132,7 +132,6 @@ class ServoThread {
   HapticDevice& device_;
   Servo servo_;
   SnapshotChannel::Reader reader_;
-  int looks_ = 0;  ///< ticks in a row in which the tool looked for what is around it
   SpscQueue<ServoTick>* telemetry_;
   SpscQueue<ServoSettings> settings_;
   std::atomic<bool> stop_{false}, running_{true};

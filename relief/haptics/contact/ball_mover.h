@@ -364,7 +364,7 @@ class Mover {
     const double near = this->near();
     found.count = 0;
     if (!room_.list.covers(at, near)) {
-      if (far > near && !room_.list.is_begun_at(at)) {
+      if (far > near) {
         found.nearest = clear_up_to(at, far);
         if (found.nearest > near) return true;
       }

@@ -67,15 +67,19 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
     ball.stay();
     return true;
   }
-  const double overlap = overlap_in(ball.around(), radius);
-  rise_ = std::max(0.0, overlap - overlap_);
-  if (!behind_) {
-    LocateHint hint;
-    const auto contact = probe(surface.model(), centre_, hint);
-    // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
-    lost_ = (contact && contact->touching()) || is_behind(ball.around(), radius);
+  if (!behind_ && is_buried(surface.model(), ball.around(), radius)) {
+    // What pushes it out is the nearest side, which may be any: it goes with the place where it touched.
+    const Vec3d with = std::exchange(shift_.way, {});
+    if (with != Vec3d{}) {
+      shift_.carried += length(with);
+      centre_ += with;
+      memory_->known = false;
+      return carry(surface, radius);
+    }
+    lost_ = true;
   }
   const Shift shift = std::exchange(shift_, {});
+  rise_ = std::max(0.0, shift.carried + overlap_in(ball.around(), radius) - overlap_);
   const bool recut = std::exchange(cage_, surface.mesh().number()) != surface.mesh().number();
   if (recut && settled_ && !shift.lost && detail::stays_unfelt(std::max(rise_, length(shift.way)), depth_)) {
     arrive(ball, radius);
@@ -85,11 +89,17 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   const Vec3d goal = waits ? centre_ + shift.way : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
-  unseen_ = way.cut;
-  if (way.cut || (waits && !way.settled)) shift_ = {goal - centre_, shift.lost, waits};
+  if (way.cut || (waits && !way.settled)) shift_ = {.way = goal - centre_, .lost = shift.lost, .leads = waits};
   settled_ = overlap_ <= kRest * radius && way.settled;
   ledger_.clear();  // what an edit gives is no gain of the hand
   return true;
+}
+
+bool BallProxy::is_buried(const Snapshot& model, const Around& around, double radius) const noexcept {
+  LocateHint hint;
+  const auto contact = probe(model, centre_, hint);
+  // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
+  return (contact && contact->touching()) || is_behind(around, radius);
 }
 
 void BallProxy::follow_surface(MicroTriangles& surface) noexcept {

@@ -42,8 +42,7 @@ class BallProxy {
   [[nodiscard]] bool under_way() const noexcept { return under_way_; }
   /// In this tick a change of the model has moved it, or begun to: there was no time to see where it comes to rest.
   [[nodiscard]] bool settling() const noexcept { return settling_; }
-  /// Returns whether it has had no time yet to see what is around it, or where it goes. On another model it would begin
-  /// anew.
+  /// Returns whether it has had no time yet to see what is around it. On another model it would begin anew.
   [[nodiscard]] bool is_looking() const noexcept;
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
@@ -86,6 +85,7 @@ class BallProxy {
   /// How changes of the model have moved the place where the ball touched.
   struct Shift {
     Vec3d way;                  ///< less what the ball has gone of it
+    double carried = 0;         ///< how far the ball went with it, out of the material
     bool lost = false;          ///< it is no more
     std::optional<bool> leads;  ///< whether the ball goes that way, and not to the cursor; empty: not yet seen
   };
@@ -93,6 +93,8 @@ class BallProxy {
   void follow_surface(MicroTriangles& surface) noexcept;
   /// Takes over what has become of the surface, with the cursor where it was. Whether that may be felt.
   bool carry(MicroTriangles& surface, double radius) noexcept;
+  /// Returns whether the surface has risen beyond the centre.
+  [[nodiscard]] bool is_buried(const Snapshot& model, const detail::ball::Around& around, double radius) const noexcept;
   /// Towards the cursor, which has moved there with the hand.
   void go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept;
   /// Work that the hand's way may take in a tick, beyond what was done before.

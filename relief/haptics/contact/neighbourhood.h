@@ -43,8 +43,6 @@ class Neighbourhood {
     share_ = 1;
     state_ = State::None;
   }
-  /// Returns whether it is being made around a place, and not at its end yet.
-  [[nodiscard]] bool is_begun_at(Vec3d centre) const noexcept { return state_ == State::Begun && centre == centre_; }
   /// The last call did not come to the end, but nearer to that of what was begun before.
   [[nodiscard]] bool goes_on() const noexcept { return state_ == State::Begun && goes_on_; }
 

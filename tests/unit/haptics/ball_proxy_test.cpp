@@ -426,6 +426,34 @@ TEST(BallProxy, NoTickTakesLongWhereThereIsNoRoomForAllThatIsNear) {
   }
 }
 
+/// Ground of spikes, up to 80 times as high as they are apart: the ball rests on their tips, and is in none of them.
+TEST(BallProxy, IsInNoneOfTheSpikesThatItRestsOn) {
+  struct Ground {
+    double depth, radius;
+  };
+  for (const auto& [depth, radius] : {Ground{0.5, 2.5 / 128}, Ground{1, 5.0 / 128}, Ground{2, 2.5 / 128}}) {
+    const SnapshotPtr model = displaced(plane_shell(1, 128, depth), [](Vec3d p) {
+      const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+      return 0.5 + 0.8 * (any - std::floor(any) - 0.5);
+    });
+    const double top = 0.8 * depth;
+    BallProxy ball;
+    Vec3d hand = {0.3, top + 2 * radius, 0.4};
+    ball.step(*model, hand, radius);
+    int touched = 0, longest = 0;
+    for (int k = 1; k < 2000; ++k) {
+      hand = {0.3 + 1e-4 * k, top + std::max(-0.1 * top, (2 - 0.01 * k) * radius), 0.4 + 5e-5 * k};
+      touched += ball.step(*model, hand, radius) ? 1 : 0;
+      longest = std::max(longest, ball.work());
+      if (k % 20 == 0) {
+        EXPECT_GE(distance_of(closest_point(*model, ball.centre()), ball.centre()), radius * (1 - 1e-3)) << depth;
+      }
+    }
+    EXPECT_GT(touched, 500) << depth;
+    EXPECT_LT(longest, kMostInATick / 2) << depth;
+  }
+}
+
 /// Nor where the surface changes under it, and all that is near is to be found anew.
 TEST(BallProxy, NoTickTakesLongAfterAChange) {
   const auto mesh = plane_shell(64, 32);
@@ -980,19 +1008,61 @@ TEST(BallProxy, ItIsFreeOnceTheHandRestsInTheOpen) {
   }
 }
 
+/// Ground that rises above the ball takes it along, rough or with a bump, be it several radii in one tick.
+TEST(BallProxy, GroundThatRisesAboveItTakesItAlong) {
+  const auto mesh = plane_shell(2, 64, 0.4);
+  const double radius = 0.03;
+  for (const bool bump : {false, true})
+    for (const double share : {1.2, 2.4, 3.6, 5.0}) {
+      const double rise = share * radius;
+      const auto ground = [&](double risen) {
+        return displaced(mesh, [=](Vec3d p) {
+          const double r2 = (p.x - 0.5) * (p.x - 0.5) + (p.z - 0.5) * (p.z - 0.5);
+          const double rough = 0.004 * std::sin(60 * p.x) * std::sin(70 * p.z);
+          return 0.5 + (rough + risen * (bump ? std::exp(-r2 / 0.005) : 1)) / 0.8;
+        });
+      };
+      const SnapshotPtr low = ground(0), high = ground(rise);
+      for (double x = 0.4; x < 0.6; x += 0.017) {
+        BallProxy ball;
+        const Vec3d from = {x, 0.06, 1 - x}, hand = {x, radius - 0.01, 1 - x};
+        ball.step(*low, from, radius);
+        lead(ball, *low, from, hand, radius, 100);
+        ASSERT_TRUE(ball.step(*high, hand, radius));
+        EXPECT_FALSE(ball.lost());
+        if (!bump) {
+          EXPECT_NEAR(ball.rise(), rise, 0.1 * radius) << share << ' ' << x;
+        }
+        int ticks = 0;
+        for (; ball.settling() && ticks < 20; ++ticks) ASSERT_TRUE(ball.step(*high, hand, radius));
+        EXPECT_LT(ticks, 10) << share << ' ' << x;
+        LocateHint hint;
+        const auto there = probe(*high, ball.centre(), hint);
+        EXPECT_FALSE(there && there->touching()) << share << ' ' << x;
+        EXPECT_TRUE(BallProxy::clear(*high, ball.centre(), 0.99 * radius)) << share << ' ' << x;
+      }
+    }
+}
+
+/// What rises beside the place where it touches does not take it along.
 TEST(BallProxy, ASurfaceThatRisesBeyondItsCentreIsReported) {
-  const auto mesh = plane_shell(4, 8);
-  const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
-  for (const double alpha :
-       {0.83, 0.9, 0.99}) {  // to 0.066, 0.08 and 0.098: within the radius above the centre, and beyond
-    const SnapshotPtr high = displaced(mesh, [=](Vec3d) { return alpha; });
+  const auto mesh = plane_shell(1, 100, 0.4);
+  const double radius = 0.03;
+  // A slope of 45 degrees: the ball touches it 0.7 radii beside its centre, below which a block rises.
+  const auto ground = [&](double risen) {
+    return displaced(mesh, [=](Vec3d p) { return 0.5 + (0.5 - p.x + (p.x > 0.51 ? risen : 0)) / 0.8; });
+  };
+  const SnapshotPtr low = ground(0);
+  for (const double share : {2.0, 3.0, 5.0}) {
+    const SnapshotPtr high = ground(share * radius);
     BallProxy ball;
-    const double radius = 0.03;
-    ball.step(*low, {0.5, 0.09, 0.5}, radius);
-    lead(ball, *low, {0.5, 0.09, 0.5}, {0.5, 0.02, 0.5}, radius, 10);
+    const Vec3d out = {std::sqrt(0.5), std::sqrt(0.5), 0}, on = {0.5, 0, 0.3};
+    ball.step(*low, on + out * 0.09, radius);
+    lead(ball, *low, on + out * 0.09, on + out * 0.02, radius, 10);
+    ASSERT_TRUE(ball.held());
     EXPECT_FALSE(ball.lost());
-    ball.step(*high, {0.5, 0.02, 0.5}, radius);
-    EXPECT_TRUE(ball.lost()) << alpha;
+    ball.step(*high, on + out * 0.02, radius);
+    EXPECT_TRUE(ball.lost()) << share;
   }
 }
 

@@ -8,9 +8,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <random>
 #include <set>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -302,14 +304,25 @@ TEST(Neighbourhood, ThatIsCutShortTwiceCoversNoMoreThanAfterTheFirstTime) {
   EXPECT_GT(some, 1000U);
 }
 
-// More squares than there is room for may touch the place: it is covered, for no list has more; no other one is.
+// More squares than there is room for touch the place, the tip of a fan: it is covered, for no list has more; no other
+// one is.
 TEST(Neighbourhood, CoversThePlaceAroundWhichItWasMade) {
-  const SnapshotPtr model = displaced(testing::plane_shell(1, 128, 0.5), [](Vec3d p) { return any_height(p, 0.8); });
-  const double least = 2.0 / 128;
+  constexpr FibreId kBlades = 200;
+  std::vector<Fibre> fibres = {{{0, -0.1, 0}, {0, 0.1, 0}}};
+  std::vector<SlabMesh::Face> slabs;
+  for (FibreId k = 0; k < kBlades; ++k) {
+    const double turn = 2 * std::numbers::pi * k / kBlades;
+    const Vec3d rim = {std::cos(turn), 0, std::sin(turn)};
+    fibres.push_back({rim - Vec3d{0, 0.1, 0}, rim + Vec3d{0, 0.1, 0}});
+    slabs.push_back({{0, 1 + (k + 1) % kBlades, 1 + k}, 4});
+  }
+  const auto mesh = std::make_shared<const SlabMesh>(*SlabMesh::make(std::move(fibres), slabs));
+  const SnapshotPtr model = displaced(mesh, [](Vec3d) { return 0.5; });
+  const double least = 0.01;
   MicroTriangles surface(*model);
   detail::Neighbourhood list;
-  for (const double height : {0.0, 0.2, 0.41}) {
-    const Vec3d centre = {0.4, height, 0.3};
+  for (const double height : {0.0, 1e-4, -1e-4}) {
+    const Vec3d centre = {0, height, 0};
     EXPECT_FALSE(list.covers(centre, 0));
     ASSERT_TRUE(list.gather(surface, centre, least, 2 * least, 0, detail::kAnyWork));
     EXPECT_TRUE(list.covers(centre, least));

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -322,7 +323,7 @@ TEST(Velocity, FollowsWithThreeMilliseconds) {
 }
 
 TEST(Period, OneLateTickInAThousandIsNone) {
-  for (const int every : {400, 1500}) {
+  for (const int every : {700, 1500}) {
     Readings readings({});
     double t = 0, late = 0;
     for (int k = 1; k <= 6000; ++k) {
@@ -332,6 +333,20 @@ TEST(Period, OneLateTickInAThousandIsNone) {
     }
     EXPECT_EQ(late > 0, every < 1000) << every;
   }
+}
+
+TEST(Period, TheStiffnessThatIsGoodForItMovesByHalfAPercentPerTick) {
+  Readings readings({});
+  double t = 0, last = 1;
+  int moved = 0;
+  for (int k = 0; k < 400; ++k) {
+    t += k < 100 || k >= 200 ? 1e-3 : 3e-3;
+    static_cast<void>(readings.judge(reading(t, {}), kSpace));
+    const double change = std::abs(readings.softer() - std::exchange(last, readings.softer()));
+    EXPECT_LT(change, 5.001e-3) << k;
+    moved += change > 4.999e-3 ? 1 : 0;
+  }
+  EXPECT_GT(moved, 80) << "down to what is good for 3 ms, which is less than half";
 }
 
 TEST(Buttons, AreEightAndAboveThemStandsANumber) {

@@ -96,6 +96,46 @@ TEST(TextureFade, ItEndsAsSoonAsAfterAnyFasterHand) {
   EXPECT_LE(ticks, 5) << "0.9 of 1 after 4 ticks of 32";
 }
 
+TEST(TextureFade, ATickInThreeThatRunsOverManyWavesIsNotMost) {
+  constexpr double kWide = 0.05;
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(1, 128), [](Vec3d p) {
+    return 0.5 + kHeight * std::sin(2 * std::numbers::pi * p.x / kWide) / 0.2;
+  });
+  for (const int every : {1, 3}) {
+    TextureFade fade;
+    LocateHint hint;
+    double x = 0.05, way = kWide * 3.3, most = 0;
+    for (int tick = 0; tick < 300; ++tick) {
+      if (tick % every == 0) {
+        if (x + way < 0.05 || x + way > 0.6) way = -way;
+        x += way;
+      }
+      const auto at = probe(*model, {x, 0, 0.02}, hint);
+      ASSERT_TRUE(at);
+      most = std::max(most, fade.step(*model, at->surface, at->surface.normal, 1e-9).share);
+    }
+    EXPECT_EQ(most, every == 1 ? 1 : 0) << every;
+  }
+}
+
+TEST(TextureFade, WhatIsTakenOffGrowsByAQuarterPerTurn) {
+  // From what is just felt, 1e-10, to half of the waves' height it takes 59 turns, 1.4 of them in a tick on average.
+  const SnapshotPtr model = waves_on_a_slope();
+  int first = -1;
+  double most = 0;
+  TextureFade fade;
+  LocateHint hint;
+  for (int tick = 0; tick < 49; ++tick) {
+    const double x = 0.05 + tick * kPitch / 1.1;
+    const auto at = probe(*model, {x, 0, 0.37}, hint);
+    ASSERT_TRUE(at);
+    most = std::max(most, std::abs(fade.step(*model, at->surface, at->surface.normal, 1e-10).above.y));
+    if (first < 0 && most > 0.5 * kHeight) first = tick;
+  }
+  EXPECT_GT(first, 38);
+  EXPECT_LT(first, 48);
+}
+
 /// Amplitude in N, under a Hann window, of what waves of a pitch in m make of the force at a speed in m/s, 200 ms on.
 double felt_of_waves(const Snapshot& model, double edge, std::span<const Vec3d> tool, double pitch, double speed) {
   ServoSettings settings = testing::settings_with(400, 0, 0, edge);
@@ -132,6 +172,40 @@ TEST(TextureFade, ARigidToolThatTouchesWithOnePointFeelsNothingOfWhatGoesByTooFa
     EXPECT_NEAR(slow, 400 * kHigh, 0.1 * 400 * kHigh) << pitch;
     EXPECT_LT(felt_of_waves(*model, kEdge, tool, pitch, 0.2), 0.1 * slow) << pitch;
   }
+}
+
+TEST(TextureFade, WhatGoesByTooFastAndIsLowerThanATenthOfAMillinewtonIsLeft) {
+  constexpr double kEdge = 0.08, kFine = 0.3e-3;  // m
+  const auto mesh = testing::plane_shell(16, 128, 0.02);
+  for (const double newtons : {0.7e-4, 1.6e-4}) {  // from top to bottom
+    const double high = newtons / 400 / 2;
+    const SnapshotPtr model = testing::displaced(mesh, [&](Vec3d p) {
+      return 0.5 + high / kEdge / 0.04 * std::sin(2 * std::numbers::pi * p.x * kEdge / kFine);
+    });
+    const double felt = felt_of_waves(*model, kEdge, {}, kFine, 0.2);
+    if (newtons > 1e-4)
+      EXPECT_LT(felt, 0.1 * newtons);
+    else
+      EXPECT_GT(felt, 0.3 * newtons);
+  }
+}
+
+TEST(TextureFade, ALightTouchIsFeltNoMoreThanTwiceAsDeep) {
+  constexpr double kEdge = 0.08;  // m
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(16, 128, 0.02), [&](Vec3d p) {
+    return 0.5 + 20e-6 / kEdge / 0.04 * std::sin(2 * std::numbers::pi * p.x * kEdge / 0.3e-3);
+  });
+  testing::Driver hand(testing::settings_with(400, 0, 0, kEdge), testing::strong_device());
+  static_cast<void>(hand.at(*model, {0.1, 1e-3 / kEdge, 0.4}));
+  int doubled = 0;
+  for (int k = 0; k < 320; ++k) {
+    const ServoSample felt = hand.at(*model, {0.1 + k * 2e-4 / kEdge, -22e-6 / kEdge, 0.4 + 1e-4 * k});
+    if (!felt.contact) continue;
+    const double depth = length(felt.contact_point - felt.cursor);
+    EXPECT_LE(felt.depth, 2 * depth * (1 + 1e-9)) << k;
+    doubled += felt.depth > 1.99 * depth ? 1 : 0;
+  }
+  EXPECT_GT(doubled, 10);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "support/driver.h"
 #include "support/held_tools.h"
 
+#include <relief/haptics/placement.h>
 #include <relief/haptics/workspace.h>
 
 #include <gtest/gtest.h>
@@ -354,6 +355,20 @@ TEST_P(MovedInContact, TheHandIsFeltAtOnceMeanwhile) {
   set([&](ServoSettings& s) { s.workspace.device_origin += Vec3d{0, 1e-5, 0}; });
   step(hand_ - Vec3d{0, 0, 1e-4});
   EXPECT_GT(last_.force.z - before, 0.03);
+}
+
+TEST(Clutch, TakesHoldOfTheDampingInFiveMilliseconds) {
+  Placement placement({}, {});
+  Readings::Judged now;
+  now.has_position = true;
+  EXPECT_EQ(placement.place(now, {}).loose, 0);
+  for (const bool held : {true, false}) {
+    placement.set({}, {.held = held});
+    for (int k = 1; k < 8; ++k) {
+      const double gone = std::min(1.0, k / 5.0);
+      EXPECT_NEAR(placement.place(now, {}).loose, held ? gone : 1 - gone, 1e-12) << k;
+    }
+  }
 }
 
 TEST(MovedInTheAir, TheClutchHoldsTheCursorToTheBitAtAnyScale) {
