@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -92,22 +93,57 @@ struct Distances {
   double most = 0, squares = 0;
   std::size_t count = 0;
 };
+/// The roots of a cage whose fibres are the same ones in another.
+std::vector<std::uint8_t> standing_roots(const SlabMesh& of, const SlabMesh& in) {
+  std::vector<std::uint8_t> stand(of.roots().size());
+  if (!std::ranges::equal(of.roots(), in.roots(), {}, &Slab::fibres, &Slab::fibres)) return stand;
+  for (std::size_t root = 0; root < stand.size(); ++root)
+    stand[root] = std::ranges::all_of(of.roots()[root].fibres, [&](FibreId f) {
+      const Fibre &a = of.root_fibres()[f], &b = in.root_fibres()[f];
+      return a.inner == b.inner && a.outer == b.outer;
+    });
+  return stand;
+}
+/// Returns how far a point on a fibre lies from the micro-triangle that this fibre crosses, along its normal; nothing
+/// where it stands over another one. No search: where the fibres are the same, so is the place.
+std::optional<double> off_facet(const Snapshot& surface, const SlabCoord& at, Vec3d p) {
+  const int n = surface.slab_mesh().intervals(at.slab);
+  const GridCell cell = cell_at(n, at.u, at.v);
+  const Vec3d a = sample_position(surface, at.slab, cell.corners[0]),
+              b = sample_position(surface, at.slab, cell.corners[1]),
+              c = sample_position(surface, at.slab, cell.corners[2]);
+  const Vec3d normal = cross(b - a, c - a);
+  const double square = dot(normal, normal), above = dot(p - a, normal);
+  constexpr double kOnEdge = -1e-9;  // of the triangle's area
+  if (!(square > 0) || dot(cross(b - a, p - a), normal) < kOnEdge * square ||
+      dot(cross(c - b, p - b), normal) < kOnEdge * square || dot(cross(a - c, p - c), normal) < kOnEdge * square)
+    return std::nullopt;
+  return std::abs(above) / std::sqrt(square);
+}
 /// Adds how far the samples of one surface lie from another.
 void add_distances(const Snapshot& of, const Snapshot& from, Distances& found, const Progress& progress) {
   const SlabMesh& mesh = of.slab_mesh();
+  const std::vector<std::uint8_t> stand = standing_roots(mesh, from.slab_mesh());
   PickHint hint;
+  const auto distance_at = [&](SlabId s, GridPoint at, Vec3d p) -> std::optional<double> {
+    const double n = mesh.intervals(s);
+    if (stand[mesh.root_place(s).root] != 0)
+      if (const auto there = heir(mesh, from.slab_mesh(), {s, at.i / n, at.j / n, 0}))
+        if (const auto off = off_facet(from, *there, p)) return off;
+    const SurfacePoint near = closest_point(from, p, hint);
+    if (near.slab == kNoSlab) return std::nullopt;
+    return length(near.position - p);
+  };
   for (SlabId s = 0; s < mesh.slab_count() && !progress.cancelled(); ++s) {
     // Odd, so that it is not only looked at samples that others were made between.
     const int n = mesh.intervals(s), step = std::max(1, n / 32) | 1;
     for (int j = 0; j <= n; j += step)
       for (int i = 0; i + j <= n; i += step) {
-        const Vec3d p = sample_position(of, s, {i, j});
-        const SurfacePoint near = closest_point(from, p, hint);
-        if (near.slab == kNoSlab) continue;
-        const double off = length(near.position - p);
-        found.squares += off * off;
+        const auto off = distance_at(s, {i, j}, sample_position(of, s, {i, j}));
+        if (!off) continue;
+        found.squares += *off * *off;
         ++found.count;
-        found.most = std::max(found.most, off);
+        found.most = std::max(found.most, *off);
       }
     progress("measure", static_cast<double>(s) / mesh.slab_count());
   }

@@ -3,6 +3,7 @@
 #include <relief/convert/room.h>
 #include <relief/convert/room/fibre_lengthening.h>
 #include <relief/convert/room/old_surface.h>
+#include <relief/convert/room/reach_wanted.h>
 #include <relief/convert/room/solids.h>
 #include <relief/convert/room/surface_resampling.h>
 #include <relief/convert/support/sort_unique.h>
@@ -30,6 +31,16 @@ bool is_usable(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
   return sound(wanted.cut) && sound(wanted.fill) && std::isfinite(goals.diagonal) && goals.diagonal > 0 &&
          std::isfinite(goals.margin) && std::isfinite(goals.longest) && goals.fade_share >= 0 && goals.fade_share < 1 &&
          std::isfinite(goals.fade_spacings);
+}
+
+/// Returns how far the surface may move. Where nothing lacks room, and all that is mended is what tools take beside
+/// themselves, no more than what that may be untold.
+double may_move(const RoomWanted& wanted, const RoomGoals& goals, bool only_beside) noexcept {
+  double most = goals.most_moved * goals.diagonal;
+  if (!only_beside) return most;
+  for (const auto* solids : {&wanted.cut, &wanted.fill})
+    for (const Capsule& c : *solids) most = std::min(most, kBeside * c.radius);
+  return most;
 }
 
 /// Returns the slabs whose roots have a moved fibre.
@@ -99,7 +110,8 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
     if (longer.moved.empty()) return made;
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
-    Resampled anew = resample(surface, mesh, longer, slabs, wanted, goals.most_moved * goals.diagonal, progress);
+    const double most_moved = may_move(wanted, goals, made.before.empty());
+    Resampled anew = resample(surface, mesh, longer, slabs, wanted, most_moved, progress);
     if (progress.cancelled()) return cancelled();
     if (!anew.unmet.empty() && tries < kTries) {
       restrained.add(anew.unmet);

@@ -5,10 +5,11 @@
 #include <relief/base/progress.h>
 #include <relief/core/snapshot.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <span>
+#include <ranges>
 #include <vector>
 
 namespace relief {
@@ -39,17 +40,28 @@ enum class RoomBar : std::uint8_t {
   Fibres,     ///< neither: the fibres beside it leave no space, or would meet the surface twice
 };
 
-/// A slab whose samples were taken anew, on fibres that have moved.
+/// A slab whose samples were taken anew, on fibres that have moved. Samples stand between fibres of its root: bit k of
+/// a number is that at its corner k.
 struct SampledAnew {
   SlabId slab = kNoSlab;   ///< which slab
-  std::size_t folded = 0;  ///< how many of its fibres meet the surface several times, or just beyond an end; of samples
-                           ///< that slabs share, the first has it
+  std::uint8_t moved = 7;  ///< the fibres that have moved: samples between others stay as they were
+  /// How many fibres of samples meet the surface several times, or just beyond an end, by what they stand between; of
+  /// samples that slabs share, the first has it.
+  std::array<std::size_t, 8> folded = {};
+
+  /// Takes over from an earlier time what stayed.
+  void come_after(const SampledAnew& earlier) noexcept {
+    for (std::size_t between = 0; between < folded.size(); ++between)
+      if ((between & moved) == 0) folded[between] = earlier.folded[between];
+  }
 };
 
-/// Returns the folded samples of all.
-[[nodiscard]] inline std::size_t folded_in(std::span<const SampledAnew> slabs) noexcept {
+/// Returns the folded samples of all slabs of a range.
+template <std::ranges::input_range Slabs>
+[[nodiscard]] std::size_t folded_in(Slabs&& slabs) noexcept {
   std::size_t sum = 0;
-  for (const SampledAnew& slab : slabs) sum += slab.folded;
+  for (const SampledAnew& slab : slabs)
+    for (const std::size_t samples : slab.folded) sum += samples;
   return sum;
 }
 

@@ -462,4 +462,45 @@ void SlabMesh::Shape::build_tree(std::span<const Box3d> roots) {
   }
 }
 
+namespace {
+
+/// Returns the square of the distance between two segments.
+double distance2(const Fibre& a, const Fibre& b) noexcept {
+  const Vec3d d = a.direction(), e = b.direction(), w = a.inner - b.inner;
+  const double dd = dot(d, d), ee = dot(e, e), de = dot(d, e), dw = dot(d, w), ew = dot(e, w);
+  const auto within = [](double share) { return std::clamp(share, 0.0, 1.0); };
+  const double det = dd * ee - de * de;
+  const double along = within(det > 0 ? (de * ew - ee * dw) / det : 0);
+  // Once more from the place on b: ends are nearer to ends than lines to lines.
+  const double on_b = within(ee > 0 ? (along * de + ew) / ee : 0);
+  const double on_a = within(dd > 0 ? (on_b * de - dw) / dd : 0);
+  const Vec3d off = w + d * on_a - e * on_b;
+  return dot(off, off);
+}
+
+}  // namespace
+
+bool has_slabs_of(const RootCage& now, const RootCage& earlier) noexcept {
+  constexpr double kRounding = 1e-6;  // of a fibre: its ends are moved to a lattice
+  if (!std::ranges::equal(now.roots, earlier.roots, {}, &SlabMesh::Face::fibres, &SlabMesh::Face::fibres)) return false;
+  if (now.cuts.size() < earlier.cuts.size() || !std::ranges::equal(now.cuts.first(earlier.cuts.size()), earlier.cuts))
+    return false;
+  const std::size_t count = std::min(now.fibres.size(), earlier.fibres.size());
+  for (std::size_t f = 0; f < count; ++f) {
+    const Vec3d long_one = earlier.fibres[f].direction();
+    if (distance2(now.fibres[f], earlier.fibres[f]) <= kRounding * kRounding * dot(long_one, long_one)) return true;
+  }
+  return count == 0;
+}
+
+bool has_slabs_of(const SlabMesh& now, const SlabMesh& earlier) {
+  const auto faces_of = [](const SlabMesh& mesh) {
+    std::vector<SlabMesh::Face> faces;
+    for (const Slab& root : mesh.roots()) faces.push_back({root.fibres, root.intervals});
+    return faces;
+  };
+  const std::vector<SlabMesh::Face> a = faces_of(now), b = faces_of(earlier);
+  return has_slabs_of({now.root_fibres(), a, now.cuts()}, {earlier.root_fibres(), b, earlier.cuts()});
+}
+
 }  // namespace relief

@@ -140,6 +140,7 @@ struct StrokeEngine::State {
   Editor& editor;
   Brush brush;
   bool tip = false;
+  SnapshotPtr felt;  ///< null: the surface that the editor began with
   StrokeResult so_far;
   std::function<void(const Dab&, const DabResult&)> on_dab;
   const std::atomic<bool>* cancel = nullptr;  ///< see stop_at()
@@ -155,17 +156,18 @@ struct StrokeEngine::State {
   struct Image {
     bool swept = false;  ///< whether `cursor` and `axis` are those of the dab before
     Vec3d cursor, axis;
-    PickHint hint = {};
+    PickHint hint = {}, seat = {};
     std::array<PickHint, kRing> ring = {};
   };
   std::array<Image, 8> images;
 
   [[nodiscard]] bool stopped() const noexcept { return cancel != nullptr && cancel->load(std::memory_order_relaxed); }
 
-  void begin(const Brush& with, bool at_tip) {
+  void begin(const Brush& with, bool at_tip, SnapshotPtr on) {
     editor.begin_stroke(with);
     brush = with;
     tip = at_tip;
+    felt = std::move(on);
     so_far = {};
     last.reset();
     way = seconds = 0;
@@ -244,9 +246,10 @@ struct StrokeEngine::State {
   /// False when the place is out of reach.
   bool dab_at(Image& image, Vec3d at, double lasted) {
     const bool was_swept = std::exchange(image.swept, false);
-    const Snapshot& surface = *editor.start();
+    const Snapshot& surface = felt ? *felt : *editor.start();
     const SurfacePoint place = closest_point(surface, at, image.hint);
     if (place.slab == kNoSlab) return false;
+    const SurfacePoint seat = felt ? closest_point(*editor.start(), place.position, image.seat) : place;
     const Vec3d off = at - place.position;
     const bool below = dot(off, place.normal) < 0;
     if (length(off) > brush.radius && !(tip && below)) return false;
@@ -259,7 +262,7 @@ struct StrokeEngine::State {
     // Only these have an axis; the others need to know which side is out.
     const bool turns = tool.action == Action::Cut || tool.action == Action::Plane;
     const Vec3d axis = turns ? averaged_normal(surface, place, radius, image.ring) : place.normal;
-    Dab dab{.slab = place.slab,
+    Dab dab{.slab = seat.slab,
             .contact = place.position,
             .cursor = at,
             .normal = axis,
@@ -281,7 +284,7 @@ struct StrokeEngine::State {
       image.cursor = dab.cursor;
       image.axis = axis;
     } else if (tool.writes == Layer::Displacement) {
-      dab.contact = editor.position(place.slab, place.u, place.v);
+      dab.contact = editor.position(seat.slab, seat.u, seat.v);
     }
     const DabResult result = editor.dab(dab);
     so_far.add(result);
@@ -307,9 +310,9 @@ StrokeEngine::StrokeEngine(Editor& editor) : state_(std::make_unique<State>(edit
 StrokeEngine::StrokeEngine(StrokeEngine&&) noexcept = default;
 StrokeEngine::~StrokeEngine() = default;
 
-void StrokeEngine::begin(const Brush& brush, bool tip) {
+void StrokeEngine::begin(const Brush& brush, bool tip, SnapshotPtr felt) {
   RELIEF_ASSERT(sane(brush));
-  state_->begin(brush, tip);
+  state_->begin(brush, tip, std::move(felt));
 }
 
 void StrokeEngine::move(std::span<const StrokePoint> points) {

@@ -54,8 +54,10 @@ class StrokeEngine {
   StrokeEngine(StrokeEngine&&) noexcept;
   ~StrokeEngine();
 
-  /// Asserts that no stroke is open and the brush is sane.
-  void begin(const Brush& brush, bool tip = false);
+  /// Asserts that no stroke is open and the brush is sane. `felt` is the surface on which the tool finds its places and
+  /// axes; null: that of the editor. A stroke that is played again on other fibres goes by the one that it began on, so
+  /// that it means the same.
+  void begin(const Brush& brush, bool tip = false, SnapshotPtr felt = nullptr);
   /// Points that are not finite or run back in time are left out; other values are clamped to their ranges.
   void move(std::span<const StrokePoint> points);
   /// Ends the stroke, and keeps it.

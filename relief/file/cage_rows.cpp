@@ -343,9 +343,7 @@ Result<std::int64_t> CageRows::slabs_made_at(std::int64_t stroke, const Meta& me
   while (whole > 0) {
     RELIEF_TRY(const std::int64_t before, last_whole(whole - 1));
     RELIEF_TRY(CageState earlier, read_whole(before, meta));
-    const bool same_slabs =
-        std::ranges::equal(now.roots, earlier.roots, {}, &SlabMesh::Face::fibres, &SlabMesh::Face::fibres);
-    if (!same_slabs) break;
+    if (!has_slabs_of({now.fibres, now.roots, now.cuts}, {earlier.fibres, earlier.roots, earlier.cuts})) break;
     whole = before;
     now = std::move(earlier);
   }

@@ -15,6 +15,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <thread>
 #include <utility>
@@ -89,11 +90,6 @@ bool same_layers(const Snapshot& a, const Snapshot& b) {
   for (int k = 0; k < kLayerCount; ++k)
     if (a.has(static_cast<Layer>(k)) != b.has(static_cast<Layer>(k))) return false;
   return true;
-}
-
-/// Returns whether the slabs are the same ones; they may be cut, and their fibres have moved.
-bool same_slabs(const Snapshot& a, const Snapshot& b) {
-  return std::ranges::equal(a.slab_mesh().roots(), b.slab_mesh().roots(), {}, &Slab::fibres, &Slab::fibres);
 }
 
 std::uint64_t tiles_between(const Snapshot& from, const Snapshot& to) {
@@ -282,19 +278,13 @@ struct Document::State {
     int unseen = 0;         ///< dabs since the last publication
     Box3d box;              ///< of these
     bool said_limit = false, said_miss = false, said_coarse = false;
-    RoomWanted wanted;                     ///< by what it has done so far
-    int rooms = 0;                         ///< how often room was made
-    bool ends = false;                     ///< room is made at its end
-    bool is_full = false;                  ///< no more room can be made
-    std::uint64_t room_asked = 0;          ///< number of the job that makes room for it; 0: none
-    double overhang = 0;                   ///< the widest of the rooms
-    std::map<SlabId, std::size_t> folded;  ///< samples of each slab, after all rooms
-
-    [[nodiscard]] std::size_t folded_samples() const {
-      std::size_t sum = 0;
-      for (const auto& [slab, samples] : folded) sum += samples;
-      return sum;
-    }
+    RoomWanted wanted;                      ///< by what it has done so far
+    int rooms = 0;                          ///< how often room was made
+    bool ends = false;                      ///< room is made at its end
+    bool is_full = false;                   ///< no more room can be made
+    std::uint64_t room_asked = 0;           ///< number of the job that makes room for it; 0: none
+    double overhang = 0;                    ///< the widest of the rooms
+    std::map<SlabId, SampledAnew> sampled;  ///< after all rooms
   };
 
   /// From now on a cancel of that source reaches the stroke inside.
@@ -396,7 +386,8 @@ struct Document::State {
     open->ends = true;
     if (open->rooms > 0) begin_again();
     StrokeResult result = engine.end();
-    while (result.limited > 0 && make_room_at_end(base)) result = engine.end();
+    // What was taken beside the tool, too, other fibres may keep.
+    while ((result.limited > 0 || result.beside) && make_room_at_end(base)) result = engine.end();
     set_open(kNobody);
     if (stop.load()) {
       cancel_ended_stroke();
@@ -432,7 +423,7 @@ struct Document::State {
             .result = result,
             .tiles = result.changed ? tiles_between(*open->start, *editor.head()) : 0,
             .overhang = open->overhang,
-            .folded = open->folded_samples(),
+            .folded = folded_in(std::views::values(open->sampled)),
             .seconds = static_cast<double>(open->cpu + thread_cpu_ns() - start) * 1e-9};
   }
 
@@ -495,7 +486,7 @@ struct Document::State {
     say(StrokeAgain{.on_room = base != open->start});
     replaying = true;
     editor.set_head(base);
-    engine.begin(open->stroke.brush, open->stroke.tip);
+    engine.begin(open->stroke.brush, open->stroke.tip, base == open->start ? nullptr : open->start);
     open->wanted.cut.clear();  // they come again; fills do not, where there is room now
     const std::span<const StrokePoint> points = open->stroke.points;
     const std::size_t hundredth = points.size() / 100, part = open->ends ? hundredth + 1 : points.size();
@@ -515,7 +506,7 @@ struct Document::State {
     open->rooms = 0;
     open->is_full = false;
     open->overhang = 0;
-    open->folded.clear();
+    open->sampled.clear();
     open->wanted = {};
     set_open(open->source);
     play_again(open->start);
@@ -533,7 +524,11 @@ struct Document::State {
     open->is_full = !made->model;
     open->overhang = std::max(open->overhang, made->overhang);
     if (made->model)
-      for (const SampledAnew& slab : made->sampled) open->folded[slab.slab] = slab.folded;
+      for (SampledAnew slab : made->sampled) {
+        SampledAnew& last = open->sampled[slab.slab];
+        slab.come_after(last);
+        last = slab;
+      }
     emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
                    made->overhang, folded_in(made->sampled)});
     return made->model != nullptr;
@@ -681,7 +676,7 @@ struct Document::State {
 
   void push_change(const SnapshotPtr& model) {
     const ChangeCage& command = changing->command;
-    const bool new_slabs = !same_slabs(*editor.head(), *model);
+    const bool new_slabs = !has_slabs_of(model->slab_mesh(), editor.head()->slab_mesh());
     editor.set_head(model);
     const std::size_t number = history.push(model, command.label, command.details, new_slabs);
     {

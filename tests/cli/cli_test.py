@@ -1823,15 +1823,19 @@ class Sculpt(Case):
         thin, out, record = self.folder / "thin.relief", self.folder / "room.relief", self.folder / "room.rlog"
         # So little clay that any hand cuts through it.
         self.ok("convert", self.scan, "-o", thin, "--slabs", 150, "--samples", 16, "--thickness", 0.004)
-        report = self.ok("sculpt", thin, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--seconds", 4,
-                         "-o", out, "--record", record, "--json").json()
-        self.assertGreater(report["total"], 0)
-        self.assertGreater(self.ok("verify", out, "--json").json()["moved_slabs"], 0, "room was made")
+        for _ in range(5):  # a loaded machine may drop ticks, and what follows them proves nothing
+            report = self.ok("sculpt", thin, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--seconds", 4,
+                             "-o", out, "--record", record, "--force", "--json").json()
+            self.assertGreater(report["total"], 0)
+            self.assertGreater(self.ok("verify", out, "--json").json()["moved_slabs"], 0, "room was made")
+            if report["servo"]["dropped"] == 0:
+                break
+        else:
+            self.skipTest("ticks were dropped from five recordings")
         replay = self.ok("replay", record, "--json").json()
-        if report["servo"]["dropped"] == 0:
-            self.assertEqual(replay["gaps"], [])
-            checked = self.ok("replay", record, "--verify", "--model", thin, "--json").json()["verification"]
-            self.assertEqual((checked["holds"], checked["checked"]), (True, replay["ticks"]))
+        self.assertEqual(replay["gaps"], [])
+        checked = self.ok("replay", record, "--verify", "--model", thin, "--json").json()["verification"]
+        self.assertEqual((checked["holds"], checked["checked"]), (True, replay["ticks"]))
 
     def test_wrong_settings_of_a_live_tool_are_told(self):
         live = ["sculpt", self.model, "--device", "sim:hand", "--seconds", 1, "-o", self.folder / "none.relief"]

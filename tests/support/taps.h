@@ -67,6 +67,38 @@ inline Misses misses(const Snapshot& before, const Snapshot& after, const Tap& t
   return found;
 }
 
+/// The share of a tap's ball, seen along its axis, that no height over the surface can hold: the body ends in the ball,
+/// or comes back in it, so that the cut would be a hole or an undercut. Rays on the surface as it was.
+inline double beyond_heights(const Snapshot& before, const Tap& tap, double diagonal) {
+  constexpr int kAcross = 40;      // columns from the axis to the ball's side
+  constexpr double kAside = 1e-5;  // of the diagonal: the surface itself is not met again
+  const Vec3d side =
+      normalized(std::abs(tap.normal.x) < 0.8 ? cross(tap.normal, Vec3d{1, 0, 0}) : cross(tap.normal, Vec3d{0, 1, 0}));
+  const Vec3d across = cross(tap.normal, side);
+  int columns = 0, beyond = 0;
+  for (int y = -kAcross; y <= kAcross; ++y)
+    for (int x = -kAcross; x <= kAcross; ++x) {
+      const double square = double(x * x + y * y) / (kAcross * kAcross);
+      if (square >= 1) continue;
+      const double half = tap.radius * std::sqrt(1 - square);
+      const Vec3d top = tap.centre + (side * x + across * y) * (tap.radius / kAcross) + tap.normal * half;
+      int crossings = 0;
+      bool is_in = false;
+      auto met = raycast(before, {top, -tap.normal});
+      const bool is_buried = met && dot(met->point.normal, tap.normal) < 0;
+      for (double down = 0; met; met = raycast(before, {top - tap.normal * down, -tap.normal})) {
+        if (down + met->distance > 2 * half) break;
+        ++crossings;
+        is_in = dot(met->point.normal, tap.normal) > 0;
+        down += met->distance + kAside * diagonal;
+      }
+      if (crossings == 0 && !is_buried) continue;
+      ++columns;
+      beyond += !is_in || crossings != 1 || is_buried ? 1 : 0;
+    }
+  return columns > 0 ? double(beyond) / columns : 0;
+}
+
 /// Taps at random places of a model.
 class Taps {
  public:

@@ -108,7 +108,7 @@ class Work {
     made.before = lacks(wishes, candidates, *lattice, ends_now, made.overhang_before);
     made.after = made.before;
     made.overhang_after = made.overhang_before;
-    if (made.before.empty()) return made;
+    if (made.before.empty() && made.overhang_before == 0) return made;
 
     const SourceIndex nothing({}, {});
     const BoxTree no_tree = tree_of(nothing);
@@ -204,7 +204,8 @@ class Work {
     std::vector<ShellPatch::Reach> reach;  ///< by fibre
     std::vector<std::uint32_t> fibres;     ///< of slabs that lack
     std::vector<Vec3d> axes;               ///< by fibre, of the solid that reaches furthest there
-    double lack = 0;                       ///< summed over all places
+    double lack = 0;                       ///< and what lies between surface and solids, summed over all places
+    bool hangs = false;                    ///< solids lie beside some of them
   };
   template <typename EndsOf>
   [[nodiscard]] Wants wants_of(const ShellPatch& patch, const ReachWanted& wishes, std::span<const SlabId> slabs,
@@ -214,14 +215,15 @@ class Work {
     wants.reach.resize(global_.size());
     wants.axes.resize(global_.size());
     wishes.for_each_lack(ends, [&](const Lacking& l) {
-      if (!(l.lack > 0)) return;
-      wants.lack += l.lack;
+      if (!(l.lack > 0) && !(l.beside > 0)) return;
+      wants.lack += l.lack + l.beside;
+      wants.hangs = wants.hangs || l.beside > 0;
       for (std::size_t k = 0; k < 3; ++k) {
         if (!(l.weights[k] > 0)) continue;
         const std::uint32_t v = local_.at(mesh_.slabs()[slabs[l.face]].fibres[k]);
         wants.fibres.push_back(v);
         if (wants.axes[v] == Vec3d{}) wants.axes[v] = l.axis;
-        if (l.weights[k] < kLeastWeight) continue;
+        if (l.weights[k] < kLeastWeight || !(l.lack > 0)) continue;
         double& reach = wants.reach[v][l.side];
         if (const double wanted = patch.reach(v)[l.side] + l.lack; wanted > reach) {
           reach = wanted;
@@ -233,23 +235,29 @@ class Work {
     return wants;
   }
 
-  /// Lengthens, and turns by turns towards what sees best and towards the tool what does not come far enough. Returns
-  /// the ends with which least was lacking: a turn that was of no use is not kept.
+  /// Turns towards the tool what would meet it from beside: before it is long, while it still can. Then lengthens, and
+  /// turns by turns towards what sees best and towards the tool what does not come far enough. Returns the ends with
+  /// which least was lacking: a turn that was of no use is not kept.
   template <typename EndsOf>
   std::vector<Ends> work_on(ShellPatch& patch, const ReachWanted& wishes, std::span<const SlabId> slabs,
                             EndsOf&& ends) {
     constexpr int kRounds = 16;
+    constexpr double kWorthIt = 0.99;  // of what is lacking: for less the surface is not sampled again
     std::vector<Ends> best = patch.draft().ends;
     double least = Box3d::kFar;
     for (int round = 0;; ++round) {
       const Wants wants = wants_of(patch, wishes, slabs, ends);
-      if (wants.lack < least) {
+      if (wants.lack < kWorthIt * least) {
         least = wants.lack;
         best = patch.draft().ends;
       }
       if (wants.fibres.empty() || round == kRounds) return best;
       progress_("room", double(round) / kRounds);
       const std::uint32_t before = patch.draft().clock;
+      if (round == 0 && wants.hangs) {
+        turn(patch, wants, true);
+        if (patch.draft().clock != before) continue;
+      }
       ShellPatch::FailedSteps failed;
       if (!patch.lengthen(wants.reach, failed, progress_)) return best;
       if (is_short(patch, wants)) turn(patch, wants, round % 2 == 1);

@@ -112,21 +112,23 @@ ReachWanted::Need ReachWanted::need_at(const FaceWish& face, const std::array<En
     if (const auto p = passage(solids_[side][solid.number], line); p && p->to > 0) met.push_back({*p, &solid});
   // The nearest first, so that what bridges a gap comes before what lies beyond it.
   std::ranges::sort(met, {}, [](const MetSolid& m) { return m.passage.from; });
-  double depth = 0, overhang = 0;
+  double depth = 0, overhang = 0, beside = 0;
   Vec3d axis;
   for (const auto& [p, solid] : met) {
     if (p.to <= depth) continue;
     const Vec3d towards = solids_[side][solid->number].axis;
     if (p.from > depth) {
       if (!solid->is_near || towards == Vec3d{}) continue;
-      if (p.from < now) overhang += p.from - depth;
+      const double far = p.from - depth;
+      if (p.from < now) overhang += far;
+      if (far > kBeside * solids_[side][solid->number].radius) beside += far;
     }
     depth = p.to;
     axis = towards;
   }
   if (!(depth > 0)) return {};
   const double least = std::max(depth + fade_spacings_ * face.spacing, depth / (1 - fade_share_));
-  return {now, least, std::max(least, depth + margin_), overhang, axis, d};
+  return {now, least, std::max(least, depth + margin_), overhang, beside, axis, d};
 }
 
 }  // namespace relief::detail

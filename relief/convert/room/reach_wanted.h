@@ -14,6 +14,9 @@
 
 namespace relief::detail {
 
+/// In radii of a solid: tools tell what they take farther beside it.
+inline constexpr double kBeside = 0.05;
+
 /// A place on the surface of a slab whose fibre ends too early, and by how much; lattice steps.
 struct Lacking {
   std::uint32_t face = 0;  ///< by its number among those looked at
@@ -23,7 +26,9 @@ struct Lacking {
   double lack = 0;      ///< of what is wanted
   double short_of = 0;  ///< of what the tool needs at least, without the margin; below 0 where it has that
   double overhang =
-      0;       ///< from the surface to a solid that lies beside it and is met nevertheless: a tool cuts this too
+      0;  ///< from the surface to a solid that lies beside it and is met nevertheless: a tool cuts this too
+  /// From the surface to a solid beside it, however long the fibre is; 0 where that is below kBeside.
+  double beside = 0;
   Vec3d axis;  ///< of the solid that reaches furthest there
   Vec3d way;   ///< from the surface along the fibre to where it is to end at least
 };
@@ -35,8 +40,8 @@ class ReachWanted {
   ReachWanted(const Snapshot& surface, const Lattice& lattice, std::span<const SlabId> slabs,
               std::span<const Capsule> cut, std::span<const Capsule> fill, const RoomGoals& goals);
 
-  /// Calls visit(Lacking) for all places that lack something or hang over a solid, with the ends that ends_of(face,
-  /// corner) gives.
+  /// Calls visit(Lacking) for all places that lack something or lie over a solid beside them, with the ends that
+  /// ends_of(face, corner) gives.
   template <typename EndsOf, typename Visit>
   void for_each_lack(EndsOf&& ends_of, Visit&& visit) const {
     for (std::uint32_t f = 0; f < faces_.size(); ++f)
@@ -66,13 +71,14 @@ class ReachWanted {
   void visit_face(std::uint32_t f, const std::array<Ends, 3>& ends, Visit& visit) const {
     for (const Place& place : faces_[f].places)
       for (const Side side : {kInner, kOuter})
-        if (const Need need = need_at(faces_[f], ends, place, side); need.wanted > need.now || need.overhang > 0)
+        if (const Need need = need_at(faces_[f], ends, place, side);
+            need.wanted > need.now || need.overhang > 0 || need.beside > 0)
           visit(Lacking{f, side, place.weights, place.at, std::max(need.wanted - need.now, 0.0), need.least - need.now,
-                        need.overhang, need.axis, need.along * need.least});
+                        need.overhang, need.beside, need.axis, need.along * need.least});
   }
   struct Need {
     double now = 0, least = 0, wanted = 0;  // reach from the surface along the fibre
-    double overhang = 0;
+    double overhang = 0, beside = 0;
     Vec3d axis = {};
     Vec3d along = {};  // the fibre, unit, towards the side that is to be longer
   };

@@ -34,14 +34,14 @@ class Resampling {
     if (cast.empty()) return made;
     made.unmet = moved_of([&](std::size_t k) { return misses(slabs_[k], cast[k]); });
     if (!made.unmet.empty()) return made;
-    for (const SlabId s : slabs_) made.sampled.push_back({.slab = s});
-    displacement_ = tiles_of(Layer::Displacement, [&](std::size_t k, std::size_t index, Tile& tile) {
+    for (const SlabId s : slabs_) made.sampled.push_back({.slab = s, .moved = moved_bits(s)});
+    displacement_ = tiles_of(Layer::Displacement, [&](std::size_t k, GridPoint p, std::size_t index, Tile& tile) {
       tile.set(0, index, cast[k].alpha[index]);
-      made.sampled[k].folded += cast[k].met[index] != Met::Once ? 1 : 0;
+      if (cast[k].met[index] != Met::Once) ++made.sampled[k].folded[between(slabs_[k], tile.intervals(), p)];
     });
     Tiles voids;
     if (surface_.has(Layer::Void))
-      voids = tiles_of(Layer::Void, [&](std::size_t k, std::size_t index, Tile& tile) {
+      voids = tiles_of(Layer::Void, [&](std::size_t k, GridPoint, std::size_t index, Tile& tile) {
         tile.set(0, index, cast[k].is_void[index] != 0 ? 1.0F : 0.0F);
       });
     const std::vector<double> moved = moves_of_surface(wanted, voids, progress);
@@ -75,13 +75,25 @@ class Resampling {
   [[nodiscard]] const std::array<FibreId, 3>& fibres_of(const RootPlace& place) const noexcept {
     return mesh_.roots()[place.root].fibres;
   }
+  /// Returns the fibres of a slab's root that have moved, as bits.
+  [[nodiscard]] std::uint8_t moved_bits(SlabId s) const noexcept {
+    std::uint8_t bits = 0;
+    const RootPlace place = mesh_.root_place(s);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (has_moved(fibres_of(place)[k])) bits |= static_cast<std::uint8_t>(1U << k);
+    return bits;
+  }
+  /// Returns the fibres of a slab's root that a sample stands between, as bits.
+  [[nodiscard]] std::uint8_t between(SlabId s, int n, GridPoint p) const noexcept {
+    const std::array<int, 3> w = mesh_.root_place(s).in_root(weights(n, p));
+    std::uint8_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (w[k] != 0) bits |= static_cast<std::uint8_t>(1U << k);
+    return bits;
+  }
   /// Returns the old sample stays where all fibres that it stands between have.
   [[nodiscard]] bool stays(SlabId s, int n, GridPoint p) const noexcept {
-    const RootPlace place = mesh_.root_place(s);
-    const std::array<int, 3> w = place.in_root(weights(n, p));
-    for (std::size_t k = 0; k < 3; ++k)
-      if (w[k] != 0 && has_moved(fibres_of(place)[k])) return false;
-    return true;
+    return (between(s, n, p) & moved_bits(s)) == 0;
   }
 
   /// Returns whether a fibre of a slab that does not stay meets nothing.
@@ -106,8 +118,8 @@ class Resampling {
     return moved;
   }
 
-  /// New tiles of a layer: take(k, index, tile) sets the samples that do not stay, each in the lowest of the slabs that
-  /// have it.
+  /// New tiles of a layer: take(k, p, index, tile) sets the samples that do not stay, each in the lowest of the slabs
+  /// that have it.
   template <typename Take>
   Tiles tiles_of(Layer layer, Take&& take) const {
     Tiles tiles;
@@ -126,7 +138,7 @@ class Resampling {
             if (first.slab == kNoSlab) first = copy;
           });
           if (first.slab == s) {
-            take(k, index, *tile);
+            take(k, p, index, *tile);
             continue;
           }
           const auto at = static_cast<std::size_t>(std::ranges::lower_bound(slabs_, first.slab) - slabs_.begin());
@@ -174,7 +186,7 @@ class Resampling {
 
   /// Returns a layer beside the displacement, read where its samples come to lie on the old surface.
   Tiles carried(Layer layer, std::span<const SlabSamples> cast) const {
-    return tiles_of(layer, [&](std::size_t k, std::size_t index, Tile& tile) {
+    return tiles_of(layer, [&](std::size_t k, GridPoint, std::size_t index, Tile& tile) {
       const int n = tile.intervals();
       GridPoint p;
       for (std::size_t row = static_cast<std::size_t>(n) + 1, left = index; left >= row; left -= row--) ++p.j;

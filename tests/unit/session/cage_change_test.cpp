@@ -119,6 +119,17 @@ TEST(RoomUnderAStroke, IsTheSameForAHandThatIsStillAtIt) {
   EXPECT_EQ(live.head()->content_hash(), whole.head()->content_hash());
 }
 
+/// Folded samples of a slab: between all three fibres of its root, and on the edge between the first two.
+struct FoldedSamples {
+  std::size_t inside = 0, edge = 0;
+};
+SampledAnew folded(SlabId slab, std::uint8_t moved, FoldedSamples samples) {
+  SampledAnew all{.slab = slab, .moved = moved};
+  all.folded[7] = samples.inside;
+  all.folded[3] = samples.edge;
+  return all;
+}
+
 TEST(RoomUnderAStroke, TellsOfAllRoomsThatAStrokeGot) {
   Events events;
   DocumentSettings settings = events.settings();
@@ -126,19 +137,94 @@ TEST(RoomUnderAStroke, TellsOfAllRoomsThatAStrokeGot) {
   settings.make_room = [&](const SnapshotPtr& surface, const RoomWanted&, const Progress&) -> Result<Room> {
     // The first one is not enough.
     const bool first = length(surface->slab_mesh().root_fibres()[0].direction()) < 1.01 * before;
-    return Room{
-        .model = with_longer_fibres(surface, first ? 0.2 : 1, 0),
-        .fibres = 1,
-        .overhang = first ? 0.25 : 0.125,
-        .sampled = first ? std::vector<SampledAnew>{{7, 3}, {8, 2}, {9, 1}} : std::vector<SampledAnew>{{8, 4}, {9, 0}}};
+    return Room{.model = with_longer_fibres(surface, first ? 0.2 : 1, 0),
+                .fibres = 1,
+                .overhang = first ? 0.25 : 0.125,
+                .sampled = first ? std::vector<SampledAnew>{folded(7, 7, {.inside = 3}), folded(8, 7, {.inside = 2}),
+                                                            folded(9, 7, {.inside = 1, .edge = 16})}
+                                 : std::vector<SampledAnew>{folded(8, 7, {.inside = 4}),
+                                                            folded(9, 4, {.inside = 0, .edge = 0})}};
   };
   Document document(ball(), std::move(settings));
   post(document, deep_tap(0.35));
   document.settle();
   EXPECT_EQ(events.of<StrokeFinished>().back().result.limited, 0U);
   EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "the widest";
-  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 3U + 4U) << "a sample that was taken twice counts as it is now";
+  EXPECT_EQ(events.of<StrokeFinished>().back().folded, 3U + 4U + 16U)
+      << "a sample that was taken twice counts as it is now, one on an edge whose fibres stayed as it was";
   EXPECT_EQ(events.of<RoomEnded>().back().folded, 4U);
+}
+
+/// A ball whose fibres lean, or stand upright; fibres of the same numbers, and the same surface.
+SnapshotPtr ball_of_fibres(bool lean, double bumps = 0) {
+  return testing::displaced(testing::mapped_shell(*testing::sphere_shell(2, 16),
+                                                  [lean](Vec3d p) {
+                                                    const double turn = lean ? length(p) - 1 : 0;
+                                                    return Vec3d{p.x * std::cos(turn) - p.y * std::sin(turn),
+                                                                 p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+                                                  }),
+                            [bumps](Vec3d p) { return 0.5 + bumps * std::sin(40 * p.x); });
+}
+Model leaning_ball() {
+  Model model = ball();
+  model.head = ball_of_fibres(true);
+  return model;
+}
+/// A ball that goes 0.15 deep at the equator of that ball, whose clay is 0.2 thick.
+Stroke tap_with_walls() {
+  Stroke stroke;
+  stroke.brush = {.tool = Tool::Carve, .radius = 0.16, .strength = 1};
+  stroke.brush.detail = 0;
+  stroke.brush.exact = true;
+  stroke.label = "tap";
+  stroke.tip = true;
+  const Vec3d low = normalized(Vec3d{1, 0.2, 0.1}) * 0.83;
+  stroke.points = {{0, low, 1}, {0.1, low, 1}};
+  return stroke;
+}
+
+// There is clay enough. What leaning fibres take from beside the tool, fibres that stand upright keep.
+TEST(RoomUnderAStroke, IsAskedForWhereAToolTakesWhatLiesBesideIt) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  int asked = 0;
+  settings.make_room = [&](const SnapshotPtr&, const RoomWanted&, const Progress&) -> Result<Room> {
+    ++asked;
+    return Room{.model = ball_of_fibres(false), .fibres = 1};
+  };
+  Document document(leaning_ball(), std::move(settings));
+  post(document, tap_with_walls());
+  document.settle();
+  EXPECT_EQ(asked, 1) << "at the end";
+  EXPECT_TRUE(events.of<StrokeFinished>().back().result.changed);
+  EXPECT_FALSE(events.of<StrokeFinished>().back().result.beside);
+  EXPECT_TRUE(events.of<TakenBeside>().empty());
+}
+
+// Room is sampled from the surface, and is a little off it. The tool means what it meant.
+TEST(RoomUnderAStroke, AToolKeepsItsAxisOnOtherFibres) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.make_room = [](const SnapshotPtr&, const RoomWanted&, const Progress&) -> Result<Room> {
+    return Room{.model = ball_of_fibres(false, 0.02), .fibres = 1};
+  };
+  Document document(leaning_ball(), std::move(settings));
+  std::vector<Dab> first, again;
+  bool is_again = false;
+  document.watch([&](const EditNote& note) {
+    if (std::holds_alternative<StrokeAgain>(note)) is_again = true;
+    if (const auto* made = std::get_if<DabMade>(&note)) (is_again ? again : first).push_back(made->dab);
+  });
+  post(document, tap_with_walls());
+  document.settle();
+  document.watch({});
+  ASSERT_FALSE(again.empty());
+  ASSERT_EQ(first.size(), again.size());
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    EXPECT_EQ(first[k].normal, again[k].normal);
+    EXPECT_EQ(first[k].cursor, again[k].cursor);
+    EXPECT_EQ(first[k].swept, again[k].swept);
+  }
 }
 
 TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
@@ -438,6 +524,33 @@ SnapshotPtr other_slabs() {
 }
 Result<SnapshotPtr> with_other_slabs(const SnapshotPtr&, const ChangeCage::AsMade&, const Progress&) {
   return other_slabs();
+}
+
+// New slabs may have the corners of the old ones, as in a cage of a few slabs.
+TEST(ChangeOfTheCage, SlabsWithTheSameCornersMayBeNew) {
+  const SnapshotPtr first = ball().head;
+  const auto mapped = [&](auto&& map) {
+    return testing::displaced(testing::mapped_shell(first->slab_mesh(), map), [](Vec3d) { return 0.5; });
+  };
+  const SnapshotPtr longer = mapped([](Vec3d p) { return p + normalized(p) * (0.2 * (length(p) - 1)); });
+  // Turned about an axis on which no fibre stands.
+  const SnapshotPtr anew = mapped([](Vec3d p) {
+    const Vec3d q = {0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y, p.z};
+    return Vec3d{q.x, 0.8 * q.y - 0.6 * q.z, 0.6 * q.y + 0.8 * q.z};
+  });
+  Events events;
+  Document document(ball(), events.settings());
+  const auto change_to = [&](const SnapshotPtr& model) {
+    document.post(ChangeCage{
+        .label = "change",
+        .details = {},
+        .make = [model](const SnapshotPtr&, const auto&, const Progress&) -> Result<SnapshotPtr> { return model; }});
+    while (document.head() != model) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  change_to(longer);
+  EXPECT_EQ(hash_as_made(document, events), first->content_hash()) << "all of its fibres are longer";
+  change_to(anew);
+  EXPECT_EQ(hash_as_made(document, events), anew->content_hash());
 }
 
 TEST(ChangeOfTheCage, GetsTheModelAsItWasWhenItsSlabsWereNew) {
