@@ -32,8 +32,7 @@ constexpr int kRounds = 6;
 
 class CreaseInsertion {
  public:
-  CreaseInsertion(FittedMesh& mesh, const HermiteGrid& grid, const Skin& skin)
-      : mesh_(mesh), grid_(grid), skin_(skin) {
+  CreaseInsertion(FittedMesh& mesh, const HermiteGrid& grid, const Skin& skin) : mesh_(mesh), grid_(grid), skin_(skin) {
     for (std::size_t v = 0; v < mesh_.positions.size(); ++v)
       if (mesh_.fits[v] == Fit::OnCorner) corners_.insert(key_of(mesh_.positions[v]));
   }
@@ -42,10 +41,10 @@ class CreaseInsertion {
     for (int round = 0; round < kRounds; ++round) {
       if (!find_splits(progress)) return false;
       const bool moved = move_ends(), parted = split(progress);
-      if (!moved && !parted && !flip()) break;
+      if (!moved && !parted && !flip()) return true;
       if (progress.cancelled()) return false;
     }
-    for (const EdgeEnds& ends : unsolved_)  // what is mended elsewhere may help these, too
+    for (const EdgeEnds& ends : unsolved_)  // they may be flipped next time
       for (const std::uint32_t v : ends) set_pending(v);
     return true;
   }
@@ -316,8 +315,7 @@ class CreaseInsertion {
           const Triangle& t = mesh_.triangles[near_[k]];
           const auto s = splits_of(k);
           const auto count = 3 - std::ranges::count(s, kNone);
-          if (std::ranges::none_of(t,
-                                   [&](std::uint32_t v) { return (seen_[v] & FittedMesh::kSeekCreases) != 0; }))
+          if (std::ranges::none_of(t, [&](std::uint32_t v) { return (seen_[v] & FittedMesh::kSeekCreases) != 0; }))
             return;
           if (count == 3 || (count == 0 && may_cut_off_a_corner(t))) corners[k] = corner_in(t, s);
         }))
@@ -363,7 +361,7 @@ class CreaseInsertion {
     const std::vector<std::uint32_t> twins = find_twins(mesh_.triangles, mesh_.positions.size());
     for (std::uint32_t h = 0; h < twins.size(); ++h) {
       if (h > twins[h] || !std::ranges::binary_search(unsolved_, ends_of(mesh_.triangles[h / 3][h % 3],
-                                                                          mesh_.triangles[h / 3][next_of(h) % 3])))
+                                                                         mesh_.triangles[h / 3][next_of(h) % 3])))
         continue;
       const std::uint32_t g = twins[h];
       Triangle& first = mesh_.triangles[h / 3];
