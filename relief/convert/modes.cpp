@@ -377,8 +377,8 @@ class Attempts {
   }
   /// Returns the same on the source again: it is not kept beside what is worked on.
   std::optional<Attempt> make_again(const Solid& solid, std::size_t most) const {
-    malloc_trim(0);  // what was tried before takes no memory any more
-    auto source = repaired_();
+    malloc_trim(0);                             // what was tried before takes no memory any more
+    auto source = repaired_(solid.voxel == 0);  // a solid is made of the source itself
     return source ? make(std::move(*source), solid, most) : std::nullopt;
   }
   /// Returns where too many fibres miss what it stands on, it is made without any loss.
