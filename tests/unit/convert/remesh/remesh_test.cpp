@@ -319,6 +319,21 @@ TEST(Remesh, WhatIsThinnerThanAVoxelIsReported) {
   EXPECT_EQ(fine.lost, 0);
 }
 
+// Sheets are made two voxels thick: the voxels that are wanted at most are those on both sides.
+TEST(Remesh, ByDefaultTheSurfaceHasAHundredThousandVoxels) {
+  TriangleMesh sheets;
+  for (int k = 0; k < 30; ++k) {
+    TriangleMesh plate = testing::box({1, 1, 1});
+    std::erase_if(plate.triangles, [&](const Triangle& t) {
+      return std::ranges::any_of(t, [&](std::uint32_t v) { return plate.positions[v].z > 0.5; });
+    });
+    append(sheets, plate, {0, 0, 0.2 * k});
+  }
+  const Remeshed made = solid_of(sheets);
+  EXPECT_EQ(made.sheets, 30U);
+  EXPECT_LT(surface_area(made.mesh), 1.1 * 1e5 * made.voxel * made.voxel);
+}
+
 TEST(Remesh, ABowlIsFilledToItsRim) {
   TriangleMesh source = ball(30);
   std::erase_if(source.triangles, [&](const Triangle& t) {
