@@ -254,12 +254,12 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   Ground ground{Paged(std::move(repaired.mesh), pages), report.source_triangles,
                 Lattice::around(box, kWhileMade * settings.thickness * across)};
   RELIEF_CHECK(check_resolution(ground.mesh.get(), box, kWhileMade * settings.thickness * across, ground.lattice));
-  const auto repaired_again = [&]() -> Result<TriangleMesh> {
+  const auto repaired_again = [&](bool remeshed) -> Result<TriangleMesh> {
     RELIEF_TRY(auto made, repair(source.get(), progress));
     source.rest();
     TriangleMesh again = std::move(made.mesh);
     leave_out_strays(again);
-    if (ConvertReport ignored; settings.remesh)
+    if (ConvertReport ignored; remeshed && settings.remesh)
       RELIEF_CHECK(remesh_source(again, *settings.remesh, Follow::Skin, {}, ignored, progress));
     return again;
   };

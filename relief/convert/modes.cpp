@@ -11,6 +11,7 @@
 #include <relief/convert/sample/fibre_sampling.h>
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
+#include <relief/convert/skin/outer_skin.h>
 #include <relief/convert/skinned_shell.h>
 #include <relief/convert/stage_meshes.h>
 #include <relief/verify/verify.h>
@@ -76,8 +77,19 @@ struct ClosedShell {
   std::optional<ConvertReport::Skin> skin = {};  ///< where parts overlapped
 };
 
+/// Returns what stands in the way of slabs on a solid that was made again with sharp edges: it crosses itself so much
+/// that cutting would take long, and a smooth one has no such places.
+std::optional<Obstacle> crosses_too_much(const ClosedSource& solid, const Overlaps& overlaps) {
+  constexpr double kMost = 0.03;  // of the faces: as much as patches may replace
+  const std::size_t pairs = overlaps.between + overlaps.within;
+  if (double(pairs) <= kMost * double(solid.faces.size())) return std::nullopt;
+  return Obstacle{DefectKind::SelfIntersection, solid.points[solid.faces[overlaps.first][0]],
+                  find_components(solid.points.size(), solid.faces).of_face[overlaps.first], pairs};
+}
+
+/// `is_sharp_solid`: it was made again, with sharp edges.
 ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& settings, double diagonal,
-                              double most_lost, const Progress& progress) {
+                              double most_lost, bool is_sharp_solid, const Progress& progress) {
   // What a tolerant shell may give up; what needs nothing given up comes first, in certified mode, too.
   constexpr std::array<Tolerance, 10> kTolerances = {
       {{}, {0.05}, {0.2}, {0.5}, {1}, {1, 0.01}, {1, 0.03}, {1, 0.1}, {1, 0.3}, {1, 1}}};
@@ -91,7 +103,13 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
     result.lattice = closed.lattice;
     show_source(settings.show, Stage::Closed, closed.source, closed.lattice);
     Skinned source{std::move(closed.source), {}, {}};
-    if (asks_for_skin(source.source, attempt > kAttempts, progress))
+    const auto overlaps = find_overlaps(source.source, progress);
+    if (!overlaps) break;
+    if (is_sharp_solid) {
+      result.made.prepared.obstacle = crosses_too_much(source.source, *overlaps);
+      if (result.made.prepared.obstacle) break;
+    }
+    if (asks_for_skin(*overlaps, source.source.faces.size(), attempt > kAttempts))
       source = take_skin(std::move(source.source), closed.lattice, 1 / share, settings.show, progress);
     open.rest();
     result.made = certify_skin(
@@ -194,7 +212,8 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   std::iota(part_number.begin(), part_number.end(), 0U);
   ClosedShell closed;
   for (;;) {
-    closed = close_and_certify(*open, settings, diagonal, most_lost, progress);
+    closed =
+        close_and_certify(*open, settings, diagonal, most_lost, report.remesh && !report.remesh->is_smooth, progress);
     const Prepared& made = closed.made.prepared;
     for (const Obstacle& bad : made.specks.empty() ? made.bad_components : made.specks)
       note_obstacle(part_number[bad.component], closed.lattice.to_model(bad.place), clause(bad));
@@ -358,8 +377,8 @@ class Attempts {
   }
   /// Returns the same on the source again: it is not kept beside what is worked on.
   std::optional<Attempt> make_again(const Solid& solid, std::size_t most) const {
-    malloc_trim(0);  // what was tried before takes no memory any more
-    auto source = repaired_();
+    malloc_trim(0);                             // what was tried before takes no memory any more
+    auto source = repaired_(solid.voxel == 0);  // a solid is made of the source itself
     return source ? make(std::move(*source), solid, most) : std::nullopt;
   }
   /// Returns where too many fibres miss what it stands on, it is made without any loss.

@@ -28,8 +28,9 @@ struct Ground {
 /// Longer ones stand in each other's way where a body is thin, and neither error nor count gains.
 inline constexpr double kWhileMade = 0.5;
 
-/// Gives the repaired source once more: it is not kept beside what is worked on.
-using RepairedAgain = std::function<Result<TriangleMesh>()>;
+/// Gives the repaired source once more, made again as a solid or not, where that was requested: it is not kept beside
+/// what is worked on.
+using RepairedAgain = std::function<Result<TriangleMesh>(bool remeshed)>;
 
 /// Puts a solid made again in the place of the repaired source. `share`: the edge of a voxel of its diagonal, 0:
 /// chosen.

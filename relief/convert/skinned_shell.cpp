@@ -41,12 +41,9 @@ OpenParts open_parts_without(const ClosedSource& given, const Components& parts,
 
 }  // namespace
 
-bool asks_for_skin(const ClosedSource& source, bool is_last, const Progress& progress) {
-  const auto overlaps = find_overlaps(source, progress);
-  if (!overlaps) return false;
-  const bool any = overlaps->between + overlaps->within + overlaps->patched > 0;
-  return overlaps->between > 0 || overlaps->nested > 0 || overlaps->within > few_to_smooth(source.faces.size()) ||
-         (is_last && any);
+bool asks_for_skin(const Overlaps& overlaps, std::size_t faces, bool is_last) noexcept {
+  const bool any = overlaps.between + overlaps.within + overlaps.patched > 0;
+  return overlaps.between > 0 || overlaps.nested > 0 || overlaps.within > few_to_smooth(faces) || (is_last && any);
 }
 
 Skinned take_skin(ClosedSource&& given, const Lattice& lattice, double of_diagonal, const StageSink& show,

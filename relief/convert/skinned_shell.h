@@ -5,8 +5,10 @@
 #include <relief/convert/certified_shell.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/geometry/lattice.h>
+#include <relief/convert/skin/outer_skin.h>
 #include <relief/convert/stages.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -15,7 +17,7 @@ namespace relief::detail {
 
 /// Returns whether a source overlaps itself so that the outer skin is to take its place: a few faces of one part that
 /// cross are smoothed instead, and patches that cross something get another shape first.
-[[nodiscard]] bool asks_for_skin(const ClosedSource& source, bool is_last, const Progress& progress);
+[[nodiscard]] bool asks_for_skin(const Overlaps& overlaps, std::size_t faces, bool is_last) noexcept;
 
 /// The outer skin in the place of a closed source, and which face and part of that its own were.
 struct Skinned {

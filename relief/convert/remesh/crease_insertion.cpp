@@ -32,17 +32,19 @@ constexpr int kRounds = 6;
 
 class CreaseInsertion {
  public:
-  CreaseInsertion(FittedMesh& mesh, const HermiteGrid& grid, const Skin& skin)
-      : mesh_(mesh), grid_(grid), skin_(skin) {}
+  CreaseInsertion(FittedMesh& mesh, const HermiteGrid& grid, const Skin& skin) : mesh_(mesh), grid_(grid), skin_(skin) {
+    for (std::size_t v = 0; v < mesh_.positions.size(); ++v)
+      if (mesh_.fits[v] == Fit::OnCorner) corners_.insert(key_of(mesh_.positions[v]));
+  }
 
   [[nodiscard]] bool run(const Progress& progress) {
     for (int round = 0; round < kRounds; ++round) {
       if (!find_splits(progress)) return false;
       const bool moved = move_ends(), parted = split(progress);
-      if (!moved && !parted && !flip()) break;
+      if (!moved && !parted && !flip()) return true;
       if (progress.cancelled()) return false;
     }
-    for (const EdgeEnds& ends : unsolved_)  // what is mended elsewhere may help these, too
+    for (const EdgeEnds& ends : unsolved_)  // they may be flipped next time
       for (const std::uint32_t v : ends) set_pending(v);
     return true;
   }
@@ -163,19 +165,34 @@ class CreaseInsertion {
   }
   void set_pending(std::uint32_t v) noexcept { mesh_.pending[v] = FittedMesh::kSeekAll; }
 
-  [[nodiscard]] EdgeEnds ends_at(std::uint32_t h) const noexcept {
-    return {mesh_.triangles[h / 3][h % 3], mesh_.triangles[h / 3][next_of(h) % 3]};
+  /// `h`: a half-edge of what is near.
+  [[nodiscard]] std::uint32_t corner(std::uint32_t h) const noexcept { return mesh_.triangles[near_[h / 3]][h % 3]; }
+  [[nodiscard]] EdgeEnds ends_at(std::uint32_t h) const noexcept { return {corner(h), corner(next_of(h))}; }
+
+  /// Finds the triangles whose edges may have to be split, and those around them: few after the first round.
+  void find_near() {
+    std::vector<std::uint8_t> is_corner(mesh_.positions.size(), 0);  // of a triangle with a corner to look at
+    for (const Triangle& t : mesh_.triangles)
+      if (is_pending(t))
+        for (const std::uint32_t v : t) is_corner[v] = 1;
+    near_.clear();
+    std::vector<Triangle> near;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (std::ranges::none_of(mesh_.triangles[t], [&](std::uint32_t v) { return is_corner[v] != 0; })) continue;
+      near_.push_back(t);
+      near.push_back(mesh_.triangles[t]);
+    }
+    twins_ = find_twins(near, mesh_.positions.size());
   }
 
   bool find_splits(const Progress& progress) {
     constexpr std::size_t kChunk = 4096;  // half-edges
-    twins_ = find_twins(mesh_.triangles, mesh_.positions.size());
-    const auto corner = [&](std::uint32_t h) { return mesh_.triangles[h / 3][h % 3]; };
+    find_near();
     std::vector<std::vector<CutOff>> found((twins_.size() + kChunk - 1) / kChunk);
     if (!for_all(found.size(), 1, progress, [&](std::size_t chunk) {
           const auto end = static_cast<std::uint32_t>(std::min(twins_.size(), (chunk + 1) * kChunk));
           for (auto h = static_cast<std::uint32_t>(chunk * kChunk); h < end; ++h) {
-            if (h > twins_[h]) continue;
+            if (h > twins_[h] || twins_[h] == kNone) continue;
             const std::uint32_t p = corner(h), q = corner(next_of(h)), r = corner(last_of(h)),
                                 s = corner(last_of(twins_[h]));
             if (is_pending(std::array{p, q, r, s}) && cuts_off(p, q))
@@ -223,6 +240,7 @@ class CreaseInsertion {
       mesh_.positions[v] = to.at;
       mesh_.normals[v] = to_float(to.normal);
       mesh_.fits[v] = to.fit;
+      if (to.fit == Fit::OnCorner) corners_.insert(key_of(to.at));
       set_pending(v);
     }
     for (CutOff& cut : cut_off_) {
@@ -277,11 +295,6 @@ class CreaseInsertion {
           if (corners_.contains({i, j, k})) return true;
     return false;
   }
-  void find_corners() {
-    corners_.clear();
-    for (std::size_t v = 0; v < mesh_.positions.size(); ++v)
-      if (mesh_.fits[v] == Fit::OnCorner) corners_.insert(key_of(mesh_.positions[v]));
-  }
   [[nodiscard]] bool is_new(const std::optional<Crease>& crease) {
     if (!crease || (crease->fit == Fit::OnCorner && is_taken(crease->at))) return false;
     if (crease->fit == Fit::OnCorner) corners_.insert(key_of(crease->at));
@@ -292,34 +305,40 @@ class CreaseInsertion {
   bool split(const Progress& progress) {
     std::vector<std::uint32_t> splits(twins_.size(), kNone);
     const std::size_t before = mesh_.positions.size();
-    find_corners();
     for (const CutOff& cut : cut_off_)
       if (is_new(cut.crease)) splits[cut.half_edge] = splits[twins_[cut.half_edge]] = add(*cut.crease);
-    const auto splits_of = [&](std::size_t t) {
-      return std::array<std::uint32_t, 3>{splits[3 * t], splits[3 * t + 1], splits[3 * t + 2]};
+    const auto splits_of = [&](std::size_t k) {
+      return std::array<std::uint32_t, 3>{splits[3 * k], splits[3 * k + 1], splits[3 * k + 2]};
     };
-    std::vector<std::optional<Crease>> corners(mesh_.triangles.size());
-    if (!for_all(mesh_.triangles.size(), 512, progress, [&](std::size_t t) {
-          const auto s = splits_of(t);
+    std::vector<std::optional<Crease>> corners(near_.size());
+    if (!for_all(near_.size(), 512, progress, [&](std::size_t k) {
+          const Triangle& t = mesh_.triangles[near_[k]];
+          const auto s = splits_of(k);
           const auto count = 3 - std::ranges::count(s, kNone);
-          if (std::ranges::none_of(mesh_.triangles[t],
-                                   [&](std::uint32_t v) { return (seen_[v] & FittedMesh::kSeekCreases) != 0; }))
+          if (std::ranges::none_of(t, [&](std::uint32_t v) { return (seen_[v] & FittedMesh::kSeekCreases) != 0; }))
             return;
-          if (count == 3 || (count == 0 && may_cut_off_a_corner(mesh_.triangles[t])))
-            corners[t] = corner_in(mesh_.triangles[t], s);
+          if (count == 3 || (count == 0 && may_cut_off_a_corner(t))) corners[k] = corner_in(t, s);
         }))
       return false;
-    std::vector<Triangle> made;
-    made.reserve(mesh_.triangles.size() + 2 * (mesh_.positions.size() - before));
-    for (std::size_t t = 0; t < corners.size(); ++t) {
-      const std::uint32_t centre = is_new(corners[t]) ? add(*corners[t]) : kNone;
-      split_triangle(mesh_.triangles[t], splits_of(t), centre, made);
-    }
     for (const CutOff& cut : cut_off_)
       if (const auto [p, q] = ends_at(cut.half_edge); splits[cut.half_edge] == kNone)
         unsolved_.push_back(ends_of(p, q));
+    std::vector<std::uint32_t> centres(corners.size(), kNone);
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      if (is_new(corners[k])) centres[k] = add(*corners[k]);
+    if (mesh_.positions.size() == before) return false;
+    std::vector<Triangle> made;
+    made.reserve(mesh_.triangles.size() + 2 * (mesh_.positions.size() - before));
+    for (std::size_t t = 0, k = 0; t < mesh_.triangles.size(); ++t) {
+      if (k < near_.size() && near_[k] == t) {
+        split_triangle(mesh_.triangles[t], splits_of(k), centres[k], made);
+        ++k;
+      } else {
+        made.push_back(mesh_.triangles[t]);
+      }
+    }
     mesh_.triangles = std::move(made);
-    return mesh_.positions.size() > before;
+    return true;
   }
 
   [[nodiscard]] double off_skin(std::uint32_t p, std::uint32_t q) const {
@@ -335,14 +354,16 @@ class CreaseInsertion {
   bool flip() {
     constexpr double kBetter = 0.1;  // share of what the edge cuts off
     std::vector<std::uint8_t> touched(mesh_.positions.size(), 0);
-    const Stars stars(mesh_.triangles, mesh_.positions.size());
     bool flipped = false;
     sort_unique(unsolved_);
-    for (std::uint32_t h = 0; h < twins_.size(); ++h) {
-      if (h > twins_[h] || !std::ranges::binary_search(unsolved_, ends_of(mesh_.triangles[h / 3][h % 3],
-                                                                          mesh_.triangles[h / 3][next_of(h) % 3])))
+    if (unsolved_.empty()) return false;
+    const Stars stars(mesh_.triangles, mesh_.positions.size());
+    const std::vector<std::uint32_t> twins = find_twins(mesh_.triangles, mesh_.positions.size());
+    for (std::uint32_t h = 0; h < twins.size(); ++h) {
+      if (h > twins[h] || !std::ranges::binary_search(unsolved_, ends_of(mesh_.triangles[h / 3][h % 3],
+                                                                         mesh_.triangles[h / 3][next_of(h) % 3])))
         continue;
-      const std::uint32_t g = twins_[h];
+      const std::uint32_t g = twins[h];
       Triangle& first = mesh_.triangles[h / 3];
       Triangle& second = mesh_.triangles[g / 3];
       const std::uint32_t p = first[h % 3], q = second[g % 3], r = first[last_of(h) % 3], s = second[last_of(g) % 3];
@@ -410,7 +431,8 @@ class CreaseInsertion {
   FittedMesh& mesh_;
   const HermiteGrid& grid_;
   const Skin& skin_;
-  std::vector<std::uint32_t> twins_;
+  std::vector<std::uint32_t> near_;                // triangles, ascending; half-edge 3 k + i is of the k-th
+  std::vector<std::uint32_t> twins_;               // by half-edge of these
   std::vector<CutOff> cut_off_;                    // ascending by half-edge
   std::vector<EdgeEnds> unsolved_;                 // edges that cut off something and were not split
   std::vector<std::uint8_t> seen_;                 // what was pending in this round

@@ -17,10 +17,9 @@
 namespace relief::detail {
 namespace {
 
-/// Voxels on the surface: the default goes no further than the first, for thin walls than the second, and a given size
-/// no further than the third (about a gigabyte while it is made).
-constexpr double kManyVoxels = 150'000;
-constexpr double kManyForWalls = 300'000;
+/// Voxels on the surface: the default goes no further than the first, beyond which slabs for it take half a minute, and
+/// a given size no further than the second (about a gigabyte while it is made).
+constexpr double kManyVoxels = 100'000;
 constexpr double kMostVoxels = 2'000'000;
 constexpr double kCoarsest = 1.0 / 150;  ///< default voxel, share of the diagonal
 constexpr double kPerWall = 1.5;     ///< voxels in a thin wall: from one on, no corner of the grid can fail to see it
@@ -30,10 +29,9 @@ constexpr std::size_t kCrumb = 60;   ///< triangles of a part that is left out; 
 /// the axes off the grid.
 constexpr Vec3d kMargin = {8.381966011, 8.276393202, 8.447213595};
 
-double area_of(const TriangleMesh& mesh) {
+double area_of(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
   double area = 0;
-  for (const auto& [a, b, c] : mesh.triangles)
-    area += length(cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a])) / 2;
+  for (const auto& [a, b, c] : triangles) area += length(cross(points[b] - points[a], points[c] - points[a])) / 2;
   return area;
 }
 
@@ -173,7 +171,7 @@ TriangleMesh to_model(const FittedMesh& mesh, Vec3d origin, double voxel) {
 Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow, const Progress& progress) {
   const auto cancelled = [] { return fail(Errc::Cancelled, "remeshing was cancelled."); };
   const Box3d box = bounds(source);
-  const double across = diagonal(box), area = area_of(source);
+  const double across = diagonal(box), area = area_of(source.positions, source.triangles);
   const double finest = std::max(across / 4096, std::sqrt(area / kMostVoxels));
   const bool is_free = voxel == 0;
   if (is_free) {
@@ -189,10 +187,12 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   const auto origin = [&] { return box.low - kMargin * voxel; };
   Grown grown = grow(source, origin(), voxel);
   if (is_free) {
-    const double finer =
-        std::max({voxel * thin_wall(*grown.skin, kPerWall) / kPerWall, finest, std::sqrt(area / kManyForWalls)});
-    if (finer < voxel) {
-      voxel = finer;
+    // Walls want finer ones, and the two sides of sheets so few that both count.
+    const double wanted = voxel * thin_wall(*grown.skin, kPerWall) / kPerWall;
+    const double in_voxels = area_of(grown.skin->points(), grown.skin->triangles());
+    const double chosen = std::max({wanted, finest, voxel * std::sqrt(in_voxels / kManyVoxels)});
+    if (wanted < voxel || chosen > voxel) {
+      voxel = chosen;
       grown = grow(source, origin(), voxel);
     }
   }

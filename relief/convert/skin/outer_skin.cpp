@@ -256,6 +256,7 @@ std::optional<Overlaps> find_overlaps(const ClosedSource& source, const Progress
   if (progress.cancelled()) return std::nullopt;
   const Components parts = find_components(source.points.size(), source.faces);
   std::vector<std::uint8_t> meets(parts.count, 0);
+  if (!meetings.empty()) overlaps.first = meetings.front().first;
   for (const auto& [f, g] : meetings) {
     const std::uint32_t part = parts.of_face[f], other = parts.of_face[g];
     if (source.patch[f] != 0 || source.patch[g] != 0) {

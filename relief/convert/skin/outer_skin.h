@@ -17,6 +17,7 @@ struct Overlaps {
   std::size_t within = 0;   ///< such pairs of one part
   std::size_t patched = 0;  ///< such pairs of which a face was made to close something; not among those above
   std::size_t nested = 0;   ///< parts that meet no other and lie in the solid of another
+  std::uint32_t first = 0;  ///< a face of one of the pairs, where there are some
 };
 /// Nothing when cancelled. A box tree's pass over the faces.
 [[nodiscard]] std::optional<Overlaps> find_overlaps(const ClosedSource& source, const Progress& progress);

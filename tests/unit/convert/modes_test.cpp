@@ -72,6 +72,21 @@ TEST(Modes, CertifyLeavesTheGroundWhereItFails) {
   EXPECT_NE(stand.report.not_certified.find(", first near ("), std::string::npos) << stand.report.not_certified;
 }
 
+// What crosses itself is cut to its skin, but a solid with sharp edges that was made again makes way for a smooth one.
+TEST(Modes, CertifyRefusesASharpSolidThatCrossesItselfMuch) {
+  TriangleMesh balls = testing::ball(10);
+  testing::append(balls, testing::ball(10), {0.7, 0.1, 0.05});
+  Stand as_read(balls), smooth(balls), sharp(balls);
+  smooth.report.remesh = ConvertReport::Remesh{.is_smooth = true};
+  sharp.report.remesh = ConvertReport::Remesh{.is_smooth = false};
+  EXPECT_TRUE(as_read.certify(testing::certified(60))) << as_read.report.not_certified;
+  EXPECT_TRUE(smooth.certify(testing::certified(60))) << smooth.report.not_certified;
+  EXPECT_EQ(sharp.certify(testing::certified(60)), nullptr);
+  EXPECT_NE(sharp.report.not_certified.find("triangles intersect others, first near ("), std::string::npos)
+      << sharp.report.not_certified;
+  EXPECT_EQ(sharp.ground.mesh.get().triangles, balls.triangles);
+}
+
 // 4 for each ball and 14 for a torus (Ringel, Jungerman), and no fewer.
 TEST(Modes, SaysHowFewSlabsTheTopologyAllows) {
   TriangleMesh parts = testing::torus(24, 12);

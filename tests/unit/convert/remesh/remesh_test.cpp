@@ -319,6 +319,23 @@ TEST(Remesh, WhatIsThinnerThanAVoxelIsReported) {
   EXPECT_EQ(fine.lost, 0);
 }
 
+// Sheets are made two voxels thick: the voxels that are wanted at most are those on both sides.
+TEST(Remesh, ByDefaultTheSurfaceHasAHundredThousandVoxels) {
+  TriangleMesh sheets;
+  for (int k = 0; k < 20; ++k) {
+    TriangleMesh plate = testing::box({1, 1, 1});
+    std::erase_if(plate.triangles, [&](const Triangle& t) {
+      return std::ranges::any_of(t, [&](std::uint32_t v) { return plate.positions[v].z > 0.5; });
+    });
+    if (k % 2 == 1)  // else they wind around what lies between them
+      for (Triangle& t : plate.triangles) std::swap(t[1], t[2]);
+    append(sheets, plate, {0, 0, 0.1 * k});
+  }
+  const Remeshed made = solid_of(sheets);
+  EXPECT_GT(made.sheets, 15U);
+  EXPECT_LT(surface_area(made.mesh), 1.1 * 1e5 * made.voxel * made.voxel);
+}
+
 TEST(Remesh, ABowlIsFilledToItsRim) {
   TriangleMesh source = ball(30);
   std::erase_if(source.triangles, [&](const Triangle& t) {
