@@ -132,7 +132,7 @@ std::string said_of(RoomBar bar, double distance, Unit unit) {
 /// What became of the slabs under the strokes; empty where all had room.
 std::string said_of(const std::pair<RoomEnded, int>& room, Unit unit) {
   const auto& [made, times] = room;
-  if (times == 0) return {};
+  if (times == 0 || (made.fibres == 0 && made.lacking == 0)) return {};
   std::string text = made.fibres == 0 ? "the clay ended under a stroke"
                                       : fmt::format("room was made: {} fibres reach further", made.fibres);
   if (made.fibres > 0 && made.lacking > 0)

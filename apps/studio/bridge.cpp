@@ -87,7 +87,7 @@ void DocumentBridge::deliver() {
     if (std::holds_alternative<PointMissed>(event)) emit pointMissed();
     if (std::holds_alternative<DetailLimited>(event)) emit detailLimited();
     if (std::holds_alternative<TakenBeside>(event)) emit takenBeside();
-    if (const auto* e = std::get_if<RoomAsked>(&event)) emit roomAsked(e->source);
+    if (const auto* e = std::get_if<RoomAsked>(&event)) emit roomAsked(e->source, e->runs_out);
     if (const auto* e = std::get_if<RoomEnded>(&event)) emit roomEnded(*e);
     if (const auto* e = std::get_if<CageChanged>(&event)) emit cageChanged(*e);
     if (const auto* e = std::get_if<Progressed>(&event)) emit progressed(text(e->phase), e->share);

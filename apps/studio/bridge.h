@@ -49,7 +49,7 @@ class DocumentBridge : public QObject {
   void pointMissed();
   void detailLimited();
   void takenBeside();
-  void roomAsked(quint32 source);
+  void roomAsked(quint32 source, bool runs_out);
   void roomEnded(const relief::RoomEnded& room);
   void cageChanged(const relief::CageChanged& change);
   void progressed(const QString& phase, double share);

@@ -201,6 +201,7 @@ class MainWindow : public QMainWindow {
   Unit unit_ = Unit::Millimetre;
   bool lean_told_ = false;      ///< in the open model: fibres lean in many places of some
   bool bar_told_ = false;       ///< what the running stroke runs into was said
+  bool room_told_ = false;      ///< that room is being made under the running stroke was said
   bool making_room_ = false;    ///< the document does, under a stroke of the pointer that has not ended
   bool changing_cage_ = false;  ///< the document works on other slabs
 };

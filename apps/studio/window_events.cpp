@@ -44,7 +44,7 @@ QString bar_text(const RoomEnded& room, Unit unit) {
   }
   if (!(room.overhang > 0)) return {};
   const QString under = length_text(room.overhang, unit);
-  return room.fibres > 0
+  return room.fibres > 0 || room.lacking == 0
              ? MainWindow::tr(
                    "The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.")
                    .arg(under)
@@ -99,8 +99,10 @@ void MainWindow::connect_document() {
     making_room_ = changing_cage_ = false;
     end_aside(std::exchange(saving_, nullptr));
   });
-  connect(&bridge_, &DocumentBridge::roomAsked, this, [this](quint32 source) {
+  connect(&bridge_, &DocumentBridge::roomAsked, this, [this](quint32 source, bool runs_out) {
     making_room_ = source == 0;  // another hand's stroke is not the keyboard's to take back
+    room_told_ = runs_out;
+    if (!room_told_) return;  // where it takes long the status bar says so
     say(making_room_ ? tr("Making room under the stroke … Esc takes the stroke back.")
                      : tr("Making room under the stroke …"));
   });
@@ -109,6 +111,8 @@ void MainWindow::connect_document() {
     bar_told_ = !bar.isEmpty();
     if (bar_told_)
       say(bar);
+    else if (!room_told_)
+      return;  // nothing ran out; what is still taken from beside the tool, takenBeside tells
     else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)

@@ -387,7 +387,7 @@ struct Document::State {
     if (open->rooms > 0) begin_again();
     StrokeResult result = engine.end();
     // What was taken beside the tool, too, other fibres may keep.
-    while ((result.limited > 0 || result.beside) && make_room_at_end(base)) result = engine.end();
+    while ((result.limited > 0 || result.beside) && make_room_at_end(base, result.limited > 0)) result = engine.end();
     set_open(kNobody);
     if (stop.load()) {
       cancel_ended_stroke();
@@ -536,10 +536,10 @@ struct Document::State {
 
   /// Returns the ended stroke ran out on `base`: makes room and plays it again, all but its end. False where that is no
   /// use.
-  bool make_room_at_end(SnapshotPtr& base) {
+  bool make_room_at_end(SnapshotPtr& base, bool runs_out) {
     if (!may_make_room() || stop.load()) return false;
     if (open->room_asked != 0) worker.cancel(open->room_asked);
-    if (open->rooms == 0 && open->room_asked == 0) emit(RoomAsked{open->source});
+    if (open->rooms == 0 && open->room_asked == 0) emit(RoomAsked{open->source, runs_out});
     set_open(open->source);
     say(RoomNeeded{.wanted = open->wanted, .ended = true});
     const Result<Room> made = settings.make_room(base, open->wanted, progress_until(stop));

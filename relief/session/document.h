@@ -148,15 +148,17 @@ struct DetailLimited {
 struct TakenBeside {
   StrokeSource source = 0;  ///< whose stroke it is
 };
-/// A stroke runs out of clay, or of the room above it: from now on room is made under it.
+/// A stroke runs out of clay, or of the room above it, or took clay from beside the tool: from now on room is made
+/// under it.
 struct RoomAsked {
   StrokeSource source = 0;  ///< whose stroke it is
+  bool runs_out = true;     ///< else it has all it wants, and other fibres may keep what lies beside the tool
 };
 /// Room was made under a stroke, which continues as if it had always been; or could not be made.
 struct RoomEnded {
   StrokeSource source = 0;      ///< whose stroke it is
   std::size_t fibres = 0;       ///< that were moved; 0: none could be
-  std::size_t lacking = 0;      ///< that do not reach as far as the stroke
+  std::size_t lacking = 0;      ///< that do not reach as far as the stroke; none either, where nothing ran out
   double surface_moved = 0;     ///< the farthest, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
   double bar_distance = 0;      ///< from the surface to what bars the way, model units; 0 for fibres

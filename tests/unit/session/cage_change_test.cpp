@@ -71,6 +71,7 @@ TEST(RoomUnderAStroke, ACutGoesAsDeepAsItWantsTo) {
   const std::uint64_t after = document.head()->content_hash();
   EXPECT_EQ(with.of<StrokeFinished>().back().result.limited, 0U);
   EXPECT_LE(with.of<RoomAsked>().size(), 2U) << "while the stroke goes on, and at its end";
+  for (const RoomAsked& each : with.of<RoomAsked>()) EXPECT_TRUE(each.runs_out);
   ASSERT_GE(with.of<RoomEnded>().size(), 1U);
   EXPECT_GT(with.of<RoomEnded>()[0].fibres, 0U);
   EXPECT_TRUE(validate(*document.head()));
@@ -196,6 +197,8 @@ TEST(RoomUnderAStroke, IsAskedForWhereAToolTakesWhatLiesBesideIt) {
   post(document, tap_with_walls());
   document.settle();
   EXPECT_EQ(asked, 1) << "at the end";
+  ASSERT_EQ(events.of<RoomAsked>().size(), 1U);
+  EXPECT_FALSE(events.of<RoomAsked>()[0].runs_out);
   EXPECT_TRUE(events.of<StrokeFinished>().back().result.changed);
   EXPECT_FALSE(events.of<StrokeFinished>().back().result.beside);
   EXPECT_TRUE(events.of<TakenBeside>().empty());
