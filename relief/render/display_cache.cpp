@@ -575,19 +575,17 @@ void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t p
   mesh.for_each_copy(s, ring_point(mesh.intervals(s), place), [&](SampleCopy copy) {
     copies_.emplace_back(copy, slabs_[copy.slab].ring_at + ring_index(mesh.intervals(copy.slab), copy.at));
   });
+  const auto meet = [&](std::size_t a, std::size_t b) {
+    return mesh.root_place(copies_[a].first.slab).root == mesh.root_place(copies_[b].first.slab).root ||
+           meet_smoothly(rings_[copies_[a].second].normal, rings_[copies_[b].second].normal);
+  };
+  const auto exchange = [&](std::size_t a, std::size_t b) { std::swap(copies_[a], copies_[b]); };
   for (std::size_t first = 0, end = 0; first < copies_.size(); first = end) {
-    // From here to `end`: a copy, those of its root or that meet it smoothly, those that meet one of these, and so on.
-    end = first + 1;
+    end = gather_group(first, copies_.size(), meet, exchange);
     Umbrella sum;
     for (std::size_t k = first; k < end; ++k) {
-      const SlabId root = mesh.root_place(copies_[k].first.slab).root;
-      const Umbrella& own = rings_[copies_[k].second];
-      sum.normal += own.normal;
-      sum.spread += own.spread;
-      for (std::size_t other = end; other < copies_.size(); ++other)
-        if (mesh.root_place(copies_[other].first.slab).root == root ||
-            meet_smoothly(own.normal, rings_[copies_[other].second].normal))
-          std::swap(copies_[end++], copies_[other]);
+      sum.normal += rings_[copies_[k].second].normal;
+      sum.spread += rings_[copies_[k].second].spread;
     }
     const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
     for (std::size_t k = first; k < end; ++k) {

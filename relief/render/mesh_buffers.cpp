@@ -40,6 +40,7 @@ std::vector<Umbrella> umbrellas(std::span<const MeshBuffers::Vertex> all,
 /// Corners of triangles at vertices that may lie on an edge: by vertex, then by triangle.
 struct Corner {
   std::uint32_t vertex, triangle, which;
+  Vec3f way;  ///< of the triangle
 };
 std::vector<Corner> corners_at_edges(std::span<const MeshBuffers::Vertex> all,
                                      std::span<const std::array<std::uint32_t, 3>> triangles,
@@ -58,7 +59,7 @@ std::vector<Corner> corners_at_edges(std::span<const MeshBuffers::Vertex> all,
   std::vector<Corner> corners;
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     for (std::uint32_t k = 0; k < 3; ++k)
-      if (at_edge[triangles[t][k]]) corners.push_back({triangles[t][k], t, k});
+      if (at_edge[triangles[t][k]]) corners.push_back({triangles[t][k], t, k, facing(all, triangles[t])});
   std::ranges::stable_sort(corners, {}, &Corner::vertex);
   return corners;
 }
@@ -68,19 +69,13 @@ std::vector<Corner> corners_at_edges(std::span<const MeshBuffers::Vertex> all,
 Triangles split_at_edges(std::vector<Corner> corners, std::span<const std::array<std::uint32_t, 3>> triangles,
                          std::vector<MeshBuffers::Vertex>& all, std::vector<std::uint32_t>& from) {
   Triangles split(triangles.begin(), triangles.end());
-  std::vector<Vec3f> ways(corners.size());
-  for (std::size_t k = 0; k < corners.size(); ++k) ways[k] = facing(all, triangles[corners[k].triangle]);
+  const auto meet = [&](std::size_t a, std::size_t b) { return meet_smoothly(corners[a].way, corners[b].way); };
+  const auto exchange = [&](std::size_t a, std::size_t b) { std::swap(corners[a], corners[b]); };
   for (std::size_t begin = 0, end = 0; begin < corners.size(); begin = end) {
     const std::uint32_t vertex = corners[begin].vertex;
     while (end < corners.size() && corners[end].vertex == vertex) ++end;
     for (std::size_t first = begin, last = begin; first < end; first = last) {
-      last = first + 1;
-      for (std::size_t k = first; k < last; ++k)
-        for (std::size_t other = last; other < end; ++other)
-          if (meet_smoothly(ways[k], ways[other])) {
-            std::swap(corners[last], corners[other]);
-            std::swap(ways[last++], ways[other]);
-          }
+      last = gather_group(first, end, meet, exchange);
       if (first == begin) continue;  // the first group keeps the vertex
       for (std::size_t k = first; k < last; ++k)
         split[corners[k].triangle][corners[k].which] = static_cast<std::uint32_t>(all.size());

@@ -35,6 +35,17 @@ struct Umbrella {
   return along >= 0 && along * along >= kSharp * kSharp * dot(a, a) * dot(b, b);
 }
 
+/// Brings to the front of what lies from `first` to `end`: the first, those that meet it, those that meet one of these,
+/// and so on. `meet(a, b)` and `exchange(a, b)` take two places. Returns where they end.
+template <typename Meet, typename Exchange>
+[[nodiscard]] std::size_t gather_group(std::size_t first, std::size_t end, Meet&& meet, Exchange&& exchange) {
+  std::size_t last = first + 1;
+  for (std::size_t k = first; k < last; ++k)
+    for (std::size_t other = last; other < end; ++other)
+      if (meet(k, other)) exchange(last++, other);
+  return last;
+}
+
 /// Rounded up, so that loops may run over the ends of arrays.
 inline constexpr std::size_t kSpare = 16;
 
