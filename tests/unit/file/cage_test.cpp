@@ -4,6 +4,7 @@
 #include <relief/file/tile_codec.h>
 
 #include <sqlite3.h>
+#include <support/fibre_maps.h>
 #include <unit/file/file_support.h>
 
 #include <algorithm>
@@ -234,13 +235,8 @@ TEST(CagesByStroke, TheModelIsKnownAsItWasWhenItsSlabsWereNew) {
   const auto path = folder / "made.relief";
   const SnapshotPtr first = ball().head;
   const SnapshotPtr anew = testing::displaced(testing::sphere_shell(1, 8), [](Vec3d) { return 0.6; });
-  // Turned about an axis on which no fibre stands.
-  const auto turned = [](Vec3d p) {
-    const Vec3d q = {0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y, p.z};
-    return Vec3d{q.x, 0.8 * q.y - 0.6 * q.z, 0.6 * q.y + 0.8 * q.z};
-  };
   const SnapshotPtr same_corners =
-      testing::displaced(testing::mapped_shell(first->slab_mesh(), turned), [](Vec3d) { return 0.5; });
+      testing::displaced(testing::mapped_shell(first->slab_mesh(), testing::turned_askew), [](Vec3d) { return 0.5; });
   {
     auto file = ModelFile::create(path, {.info = ball().info, .head = first});
     ASSERT_TRUE(file) << file.error().message;

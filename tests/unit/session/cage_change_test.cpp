@@ -1,5 +1,6 @@
 // Strokes that need room, and other changes of the cage: steps of the one history like all others.
 #include "document_support.h"
+#include "support/fibre_maps.h"
 #include "support/killed_child.h"
 #include "support/longer_fibres.h"
 
@@ -158,12 +159,7 @@ TEST(RoomUnderAStroke, TellsOfAllRoomsThatAStrokeGot) {
 
 /// A ball whose fibres lean, or stand upright; fibres of the same numbers, and the same surface.
 SnapshotPtr ball_of_fibres(bool lean, double bumps = 0) {
-  return testing::displaced(testing::mapped_shell(*testing::sphere_shell(2, 16),
-                                                  [lean](Vec3d p) {
-                                                    const double turn = lean ? length(p) - 1 : 0;
-                                                    return Vec3d{p.x * std::cos(turn) - p.y * std::sin(turn),
-                                                                 p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
-                                                  }),
+  return testing::displaced(testing::mapped_shell(*testing::sphere_shell(2, 16), testing::leaning(lean ? 1 : 0)),
                             [bumps](Vec3d p) { return 0.5 + bumps * std::sin(40 * p.x); });
 }
 Model leaning_ball() {
@@ -536,11 +532,7 @@ TEST(ChangeOfTheCage, SlabsWithTheSameCornersMayBeNew) {
     return testing::displaced(testing::mapped_shell(first->slab_mesh(), map), [](Vec3d) { return 0.5; });
   };
   const SnapshotPtr longer = mapped([](Vec3d p) { return p + normalized(p) * (0.2 * (length(p) - 1)); });
-  // Turned about an axis on which no fibre stands.
-  const SnapshotPtr anew = mapped([](Vec3d p) {
-    const Vec3d q = {0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y, p.z};
-    return Vec3d{q.x, 0.8 * q.y - 0.6 * q.z, 0.6 * q.y + 0.8 * q.z};
-  });
+  const SnapshotPtr anew = mapped(testing::turned_askew);
   Events events;
   Document document(ball(), events.settings());
   const auto change_to = [&](const SnapshotPtr& model) {

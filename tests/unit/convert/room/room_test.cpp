@@ -12,6 +12,7 @@
 #include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
+#include <support/fibre_maps.h>
 #include <support/longer_fibres.h>
 #include <support/shells.h>
 
@@ -49,8 +50,7 @@ SnapshotPtr bumpy_ball(int levels = 2, int n = 16) {
 std::shared_ptr<const SlabMesh> leaning_ball(double tangent = 1) {
   return testing::mapped_shell(*lattice_ball(2, 16), [tangent](Vec3d p) {
     constexpr double kStep = 1.0 / (1 << 20);
-    const double turn = tangent * (length(p) - 1);
-    const Vec3d q = {p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+    const Vec3d q = testing::leaning(tangent)(p);
     return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.y / kStep) * kStep, std::round(q.z / kStep) * kStep};
   });
 }
@@ -649,12 +649,8 @@ TEST(Refine, LookingForWhatHasRunOutShowsProgressAndCanBeCancelled) {
 TEST(Refine, SaturatedGivesLeaningSlabsFinerGrids) {
   for (const int n : {8, 32, 65}) {
     SCOPED_TRACE(n);
-    const auto twisted = [](Vec3d p) {
-      const double turn = 6 * (length(p) - 1);
-      return Vec3d{p.x * std::cos(turn) - p.y * std::sin(turn), p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
-    };
-    const SnapshotPtr model = testing::displaced(testing::mapped_shell(*lattice_ball(n == 65 ? 1 : 2, n), twisted),
-                                                 [](Vec3d) { return 0.5; });
+    const SnapshotPtr model = testing::displaced(
+        testing::mapped_shell(*lattice_ball(n == 65 ? 1 : 2, n), testing::leaning(6)), [](Vec3d) { return 0.5; });
     ASSERT_FALSE(model->slab_mesh().has_detail());
     // As conversion leaves it where it has made fibres lean: samples lie far apart along them.
     SnapshotDraft draft(model);
