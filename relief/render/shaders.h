@@ -269,17 +269,21 @@ void main() {
   vec3 along = ray[0] + ray[1] * gl_FragCoord.x + ray[2] * gl_FragCoord.y;
   vec3 p = eye + along * texelFetch(distance_map, pixel, 0).r;
   vec3 v = -normalize(along);
-  // The sub-pixels of a pixel ask at places around their own, turned from pixel to pixel: their mean is a soft edge.
-  // Staying in the surface's plane, they need no more bias than one look-up.
+  // The sub-pixels of a pixel ask at places around their own, turned from pixel to pixel and from light to light: their
+  // mean is a soft edge. Staying in the surface's plane, they need no more bias than one look-up.
   vec3 across = normalize(cross(n, abs(n.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
   vec2 corner = vec2(pixel & 1) - 0.5;
   float turn = 6.2831853 * fract(52.9829189 * fract(dot(vec2(pixel >> 1), vec2(0.06711056, 0.00583715))));
   vec2 shift = spread * vec2(cos(turn) * corner.x - sin(turn) * corner.y, sin(turn) * corner.x + cos(turn) * corner.y);
-  vec3 asked = p + across * shift.x + cross(n, across) * shift.y;
+  vec3 beside = cross(n, across);
+  // By the golden share of the quarter turn after which the four corners are the same again.
+  const mat2 next = mat2(0.56467, 0.82532, -0.82532, 0.56467);
   vec3 light = vec3(0.0);
   for (int k = 0; k < count; ++k) {
     vec3 l = towards[k].xyz;
     float facing = dot(n, l);
+    vec3 asked = p + across * shift.x + beside * shift.y;
+    shift = next * shift;
     vec4 at = vec4(asked + n * (towards[k].w * (1.2 + 1.6 * (1.0 - clamp(facing, 0.0, 1.0)))), 1.0);
     vec3 map = vec3(dot(rows[3 * k], at), dot(rows[3 * k + 1], at), dot(rows[3 * k + 2], at));
     float lit = texture(shadow_map, vec4(map.xy, float(k), map.z));

@@ -15,8 +15,11 @@ constexpr double kLevel = 1e-6;
 /// Of what a fibre has below the surface and above it, the least that it keeps for the sake of a sharp edge: cuts go
 /// deeper than deposits are high.
 constexpr double kKeptBelow = 0.5, kKeptAbove = 0.2;
-constexpr int kMostLevels = 4;  // that are tried after the first
-constexpr int kPasses = 4;      // what failed may go once its neighbours have moved
+constexpr double kShorter = 0.85;  // of a fibre's length, from one try to the next
+constexpr double kLongest = 2;     // of a fibre's length, that is tried
+constexpr double kApart = 0.05;    // of a fibre, between the levels that are tried after the first
+constexpr int kMostVain = 4;       // levels in a row that leave no fewer fibres off
+constexpr int kPasses = 2;         // what failed may go once its neighbours have moved
 
 /// Fibres that creases join, and how far out they are crossed, as a share of their length.
 class Levels {
@@ -57,8 +60,8 @@ class Levels {
     return reach[kInner] / (reach[kInner] + reach[kOuter]);
   }
 
-  /// First the level in the middle, which most fibres are near. What cannot go there sets the next one: others may
-  /// mostly follow it.
+  /// First the level in the middle, which most fibres are near, then others around it, until all can go there. The one
+  /// counts that leaves fewest fibres off it.
   void level_out(std::span<const std::uint32_t> fibres) {
     std::vector<double> levels;
     std::vector<ShellPatch::Reach> first;
@@ -69,52 +72,65 @@ class Levels {
     const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
     std::ranges::nth_element(levels, middle);
     double wanted = *middle;
-    Outcome best = bring_to(fibres, first, wanted);
-    for (int next = 0; next < kMostLevels && best.left > 0; ++next) {
-      const double other = level(best.last);
-      const Outcome outcome = bring_to(fibres, first, other);
-      if (outcome.left >= best.left) {
-        bring_to(fibres, first, wanted);
-        break;
-      }
-      best = outcome;
-      wanted = other;
+    std::size_t fewest = bring_to(fibres, first, wanted);
+    const double about = wanted;
+    double latest = wanted;
+    for (int k = 0, vain = 0; vain < kMostVain && fewest > 0; ++k) {
+      const double next = about + (k % 2 == 0 ? kApart : -kApart) * (k / 2 + 1);
+      ++vain;
+      if (next < kApart || next > 1 - kApart) continue;
+      latest = next;
+      const std::size_t left = bring_to(fibres, first, latest);
+      if (left >= fewest) continue;
+      fewest = left;
+      vain = 0;
+      wanted = latest;
     }
+    if (latest != wanted) bring_to(fibres, first, wanted);
   }
 
-  struct Outcome {
-    std::size_t left = 0;    // fibres that could not be brought to a level
-    std::uint32_t last = 0;  // one of them
-  };
-  /// `first`: what each of them reached before any level was tried, of which it keeps its shares.
-  Outcome bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, double wanted) {
-    FibreMoves moves = patch_.moves();
-    Outcome outcome;
+  /// Returns how many could not be brought to a level. `first`: what each of them reached before any level was tried,
+  /// of which it keeps its shares.
+  std::size_t bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, double wanted) {
+    std::size_t left = 0;
     for (int pass = 0; pass < kPasses; ++pass) {
-      outcome = {};
+      left = 0;
       std::size_t moved = 0;
       for (std::size_t k = 0; k < fibres.size(); ++k) {
         const std::uint32_t v = fibres[k];
         if (std::abs(level(v) - wanted) <= kLevel || !patch_.draft().can_move(v)) continue;
-        const ShellPatch::Reach before = first[k];
-        const double whole = before[kInner] + before[kOuter];
-        // As long as it is, else shorter on the side that has too much.
-        const double shorter = std::min(before[kInner] / wanted, before[kOuter] / (1 - wanted));
-        const auto comes_to = [&](double length) {
-          const ShellPatch::Reach reach = {wanted * length, (1 - wanted) * length};
-          return reach[kInner] >= kKeptBelow * before[kInner] && reach[kOuter] >= kKeptAbove * before[kOuter] &&
-                 moves.reach_to(v, reach);
-        };
-        if (comes_to(whole) || comes_to(shorter)) {
+        if (bring(v, first[k], wanted) || (settle_around(v) && bring(v, first[k], wanted))) {
           ++moved;
         } else {
-          ++outcome.left;
-          outcome.last = v;
+          ++left;
         }
       }
-      if (outcome.left == 0 || moved == 0) break;
+      if (left == 0 || moved == 0) break;
     }
-    return outcome;
+    return left;
+  }
+
+  /// Brings a fibre to a level, as long as it is or as little shorter as the checks allow. `before`: see bring_to().
+  bool bring(std::uint32_t v, const ShellPatch::Reach& before, double wanted) {
+    FibreMoves moves = patch_.moves();
+    const double whole = before[kInner] + before[kOuter];
+    const double least = std::max(kKeptBelow * before[kInner] / wanted, kKeptAbove * before[kOuter] / (1 - wanted));
+    for (double length = whole; length >= least; length *= kShorter)
+      if (moves.reach_to(v, {wanted * length, (1 - wanted) * length})) return true;
+    return false;
+  }
+
+  /// Turns a fibre and those around it to where they see their stars best: mostly what keeps an end from moving is that
+  /// a fibre would no longer face its triangles (C1). False when none turned.
+  bool settle_around(std::uint32_t v) {
+    const LinkedDraft& draft = patch_.draft();
+    FibreMoves moves = patch_.moves();
+    std::vector<std::uint32_t> around = {v};
+    draft.for_ring(v, [&](std::uint32_t h) { around.push_back(draft.target(h)); });
+    const std::uint32_t clock = draft.clock;
+    for (const std::uint32_t w : around)
+      if (draft.can_move(w)) moves.settle(w);
+    return draft.clock != clock;
   }
 
   ShellPatch& patch_;

@@ -16,6 +16,11 @@ constexpr double kWorthATurn = 0.01;
 /// The least gain of Quality that makes a slide worth its tests, by quality_of().
 constexpr double kWorthASlide = 0.01;
 
+/// Whether snap() leaves a place where it is, but for rounding: an end that it does not bends its fibre.
+bool is_on_lattice(Vec3d p) noexcept {
+  return std::min({p.x, p.y, p.z}) >= 0 && std::max({p.x, p.y, p.z}) <= Lattice::kSpan;
+}
+
 LatticePoint shifted(LatticePoint p, Vec3d by) noexcept { return snap(to_double(p) + by); }
 
 /// Mostly the worst triangle, and a little of all: a slide may not buy the mean with the worst one.
@@ -178,7 +183,7 @@ bool FibreMoves::extend(std::uint32_t v, Side side, double steps, double least) 
   for (int k = 0; k <= kHalvings && steps >= least; ++k, steps *= 0.5) {
     Ends ends = draft_.ends[v];
     const Vec3d to = to_double(ends[side]) + d * steps;
-    if (std::min({to.x, to.y, to.z}) < 0 || std::max({to.x, to.y, to.z}) > Lattice::kSpan) continue;
+    if (!is_on_lattice(to)) continue;
     ends[side] = snap(to);
     if (ends[side] != draft_.ends[v][side] && try_ends(draft_.at[v], ends)) return true;
   }
@@ -188,7 +193,8 @@ bool FibreMoves::extend(std::uint32_t v, Side side, double steps, double least) 
 bool FibreMoves::reach_to(std::uint32_t v, const std::array<double, 2>& reach) {
   begin(v);
   const Vec3d d = normalized(draft_.fibre(v)), at = draft_.at[v];
-  return try_ends(at, {snap(at - d * reach[kInner]), snap(at + d * reach[kOuter])});
+  const Vec3d in = at - d * reach[kInner], out = at + d * reach[kOuter];
+  return is_on_lattice(in) && is_on_lattice(out) && try_ends(at, {snap(in), snap(out)});
 }
 
 }  // namespace relief::detail

@@ -110,6 +110,42 @@ TEST(Picture, LightComesFromAboveAndShadowsLieOnTheFloor) {
   EXPECT_LT(bright({0.3, -1, 0.5}) + 60, bright({-2, -1, 1}));
 }
 
+/// A floor at y = 0 and a wall at z = 0, from x = -9 to 9, two slabs each.
+SnapshotPtr floor_and_wall() {
+  std::vector<Fibre> fibres;
+  for (const double x : {-9.0, 9.0}) {
+    fibres.push_back({{x, -0.1, -0.1}, {x, 0.1, 0.1}});
+    fibres.push_back({{x, -0.1, 3}, {x, 0.1, 3}});
+    fibres.push_back({{x, 3, -0.1}, {x, 3, 0.1}});
+  }
+  constexpr int kIntervals = 8;
+  std::vector<SlabMesh::Face> faces;
+  for (const std::array<FibreId, 3> f : {std::array<FibreId, 3>{0, 1, 4}, {0, 4, 3}, {0, 3, 5}, {0, 5, 2}})
+    faces.push_back({f, kIntervals});
+  auto mesh = SlabMesh::make(std::move(fibres), faces);
+  return displaced(std::make_shared<const SlabMesh>(*std::move(mesh)), [](Vec3d) { return 0.5; });
+}
+
+// Near an edge like theirs, look-ups around a pixel lie beyond the other face, in its shadow. As the scene goes on to
+// both sides, what a row shows changes slowly.
+TEST(Picture, InAHollowEdgeTheShadowIsEven) {
+  DrawSettings settings = small_settings();
+  settings.lights = 64;
+  Camera camera;
+  camera.target = {0, 0, 0};
+  camera.eye = {0, 0.2, 0.4};
+  const Picture picture = draw(*floor_and_wall(), camera, settings);
+  int most = 0, darkest = 255, brightest = 0;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x + 1 < picture.width; ++x) {
+      most = std::max(most, difference(pixel(picture, x, y), pixel(picture, x + 1, y)));
+      darkest = std::min(darkest, pixel(picture, x, y)[1]);
+      brightest = std::max(brightest, pixel(picture, x, y)[1]);
+    }
+  EXPECT_LT(most, 12);
+  EXPECT_GT(brightest, darkest + 30) << "there is shadow in the edge";
+}
+
 TEST(Picture, IsTheSameTwiceAndFromAnotherRenderer) {
   const auto model = coloured(ball(), 8, [](Vec3d p) { return Vec3f{float(0.5 + 0.4 * p.x), 0.5F, 0.3F}; });
   DrawSettings settings = small_settings();

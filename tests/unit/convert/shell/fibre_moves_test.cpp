@@ -135,6 +135,32 @@ TEST(FibreMoves, ExtendMovesOneEndAlongTheFibre) {
   EXPECT_GT(extended, 50);
 }
 
+// The lattice ends somewhere: an end that had to stay on it would bend its fibre, or shorten it in silence.
+TEST(FibreMoves, ReachEitherAsFarAsWantedOrNotAtAll) {
+  const ThinShell thin(testing::ball(24));
+  ShellPatch patch = thin.patch();
+  patch.allow(4 * Lattice::kSpan);
+  FibreMoves moves = patch.moves();
+  int reached = 0, refused = 0;
+  for (std::uint32_t v = 0; v < patch.draft().out.size(); ++v) {
+    const double inner = patch.reach(v)[kInner];
+    for (const double outer : {0.01 * Lattice::kSpan, 0.6 * Lattice::kSpan}) {
+      const Ends before = patch.draft().ends[v];
+      const Vec3d d = normalized(patch.draft().fibre(v));
+      if (!moves.reach_to(v, {inner, outer})) {
+        ++refused;
+        EXPECT_EQ(patch.draft().ends[v], before);
+        continue;
+      }
+      ++reached;
+      EXPECT_NEAR(patch.reach(v)[kOuter], outer, 1);
+      EXPECT_GT(dot(normalized(patch.draft().fibre(v)), d), 1 - 1e-9) << "the fibre is bent";
+    }
+  }
+  EXPECT_GT(reached, 0);
+  EXPECT_GT(refused, 0);
+}
+
 TEST(FibreMoves, ExtendTakesSmallerStepsWhereLargeOnesFail) {
   const ThinShell thin(testing::ball(24));
   ShellPatch patch = coarse_patch(thin, 80);
