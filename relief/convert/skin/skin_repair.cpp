@@ -20,6 +20,8 @@ namespace {
 
 constexpr double kFolded = 0.5;  // cosine: a piece whose normal is farther off its plane's is as bad as a crossing
 
+constexpr double kRounded = 2;  // lattice steps: the normal of a face less high is that of its rounding
+
 constexpr double kGivenShare = 0.1;  // of how far made points may move: given ones
 
 /// Faces before and after a step.
@@ -36,9 +38,11 @@ struct Step {
 
 struct Badness {
   std::size_t crossings = 0, thin = 0;
+  double folded = 0;   // twice the area of what is folded
   double lacking = 0;  // of height, all thin ones together
   [[nodiscard]] bool is_better_than(const Badness& b) const noexcept {
     if (crossings != b.crossings) return crossings < b.crossings;
+    if (folded < 0.9 * b.folded || 0.9 * folded > b.folded) return folded < b.folded;
     if (thin != b.thin) return thin < b.thin;
     return lacking < 0.9 * b.lacking;
   }
@@ -115,7 +119,10 @@ class Repairer {
     for (std::size_t k = 0; k < triangles.size(); ++k) {
       const Vec3d n = area_vector(triangles[k]);
       const double size = length(n), height = size > 0 ? size / longest(triangles[k]) : 0;
-      bad.crossings += dot(n, normals[k]) < kFolded * size;
+      if (height > kRounded && dot(n, normals[k]) < kFolded * size) {
+        ++bad.crossings;
+        bad.folded += size;
+      }
       bad.crossings += size == 0;
       if (height < thin_) {
         ++bad.thin;
@@ -234,7 +241,7 @@ class Repairer {
   /// Returns the ends of an edge.
   [[nodiscard]] std::optional<Step> join(std::uint32_t u, std::uint32_t v) const {
     Step step;
-    step.by = length(to_double(d_.points[v] - d_.points[u])) + spread_[u];
+    step.by = slide(u, to_double(d_.points[v] - d_.points[u])) + spread_[u];
     if (!may_move(u, step.by)) return std::nullopt;
     std::size_t shared = 0, common = 0;
     for (const std::uint32_t f : star_[u]) shared += has(d_.faces[f], v);
@@ -291,6 +298,14 @@ class Repairer {
         if (d_.faces[g][i] == b && d_.faces[g][(i + 1) % 3] == a) return {g, d_.faces[g][(i + 2) % 3]};
     return {kNone, kNone};
   }
+  /// Returns how far the surface moves where a point does: nothing along all the planes around it. Given points move as
+  /// such.
+  [[nodiscard]] double slide(std::uint32_t v, Vec3d by) const {
+    if (d_.made[v] == 0) return length(by);
+    double most = 0;
+    for (const std::uint32_t f : star_[v]) most = std::max(most, std::abs(dot(d_.normals[f], by)));
+    return most;
+  }
   [[nodiscard]] bool may_move(std::uint32_t v, double by) const noexcept {
     return by <= (d_.made[v] != 0 ? farthest_ : kGivenShare * farthest_);
   }
@@ -303,10 +318,10 @@ class Repairer {
     if (g == kNone || c == d || star_[d].empty() || std::ranges::binary_search(neighbours(c), d)) return std::nullopt;
     Step step;
     const LatticeTriangle near = corners(t), far = corners(d_.faces[g]);
-    // A flip in one plane moves nothing; else no more than the lower of the two sides.
-    const double edge = length(to_double(d_.points[b] - d_.points[a]));
-    const bool is_flat = d_.from[f] == d_.from[g];
-    step.by = is_flat ? 0 : std::min(length(area_vector(near)), length(area_vector(far))) / edge;
+    // As far as the two diagonals lie apart.
+    const Vec3d across = cross(to_double(d_.points[b] - d_.points[a]), to_double(d_.points[d] - d_.points[c]));
+    const double size = length(across);
+    step.by = size > 0 ? std::abs(dot(across, to_double(d_.points[c] - d_.points[a]))) / size : 0;
     if (step.by > farthest_) return std::nullopt;
     const std::uint32_t source = length(area_vector(near)) > length(area_vector(far)) ? f : g;
     add(step, f, {c, d, b}, source);

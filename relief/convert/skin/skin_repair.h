@@ -24,14 +24,15 @@ struct SkinDraft {
 
 struct SkinRepairs {
   std::size_t repaired = 0;  ///< points that were moved or joined to others, and edges that were flipped
-  double moved_most = 0;     ///< lattice steps: how far the surface, or a point, is from where it was without rounding
+  double moved_most = 0;     ///< lattice steps: how far the surface is from where it was without rounding
   std::size_t slivers = 0;   ///< connected parts so thin that they were left out
   std::size_t crossing = 0;  ///< pieces that still cross others
 };
 
-/// Reduces faces thinner than `thin` and crossing pieces, by joining close points, flipping edges and moving made
-/// points. Nothing moves farther than `farthest` lattice steps, given points 10 % of that. Components thinner than
-/// `thin` go. Cost: the pieces, and a box tree over all faces. Deterministic. Cancelled: as far as it got.
+/// Reduces faces thinner than `thin`, and crossing and folded pieces, by joining points, flipping edges and moving made
+/// points. The surface moves no farther than `farthest` lattice steps, given points 10 % of that; made points go
+/// anywhere along the planes around them. Components thinner than `thin` go. Cost: the pieces, and a box tree over all
+/// faces. Deterministic. Cancelled: as far as it got.
 SkinRepairs repair_skin(SkinDraft& draft, double thin, double farthest, const Progress& progress);
 
 }  // namespace relief::detail

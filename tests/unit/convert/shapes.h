@@ -86,6 +86,28 @@ inline TriangleMesh box(Vec3d size) {
   return mesh;
 }
 
+/// The letters L, E and H of bars, each of them a box, half sunk in a plate. Faces of bars lie in each other.
+inline TriangleMesh sign() {
+  TriangleMesh mesh = box({5.5, 2, 0.3});
+  const auto add_bar = [&](double x, double y, double width, double height) {
+    append(mesh, box({width, height, 0.5}), {x, y, 0.1}, 1);
+  };
+  for (const double x : {0.4, 2.2, 4.0, 4.8}) add_bar(x, 0.4, 0.3, 1.2);
+  add_bar(0.4, 0.4, 1, 0.3);
+  for (const double y : {0.4, 0.85, 1.3}) add_bar(2.2, y, 1.1, 0.3);
+  add_bar(4, 0.85, 1.1, 0.3);
+  return mesh;
+}
+/// The plate, and what stands out of it: L, E and H.
+inline constexpr double kSignVolume = 5.5 * 2 * 0.3 + 0.3 * (0.57 + 1.08 + 0.87);
+
+/// Turned so that `a` becomes the first axis; `b` says in which direction the second one lies.
+inline TriangleMesh turned(TriangleMesh mesh, Vec3d a, Vec3d b) {
+  const Vec3d x = normalized(a), y = normalized(cross(x, b)), z = cross(x, y);
+  for (Vec3d& p : mesh.positions) p = x * p.x + y * p.y + z * p.z;
+  return mesh;
+}
+
 inline TriangleMesh tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, {}};
 }

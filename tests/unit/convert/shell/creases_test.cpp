@@ -144,17 +144,10 @@ TEST(CreaseLevels, MovesKeepFibresOnCreases) {
   for (std::uint32_t v = 0; v < patch.draft().out.size(); ++v) EXPECT_TRUE(creases.hold_corner(patch.draft().at[v]));
 }
 
-/// Turned, so that no face lies along the lattice.
-TriangleMesh turned(TriangleMesh mesh) {
-  const Vec3d a = normalized(Vec3d{0.8, 0.5, -0.3}), b = normalized(cross(a, Vec3d{0.1, 0.2, 1})), c = cross(a, b);
-  for (Vec3d& p : mesh.positions) p = a * p.x + b * p.y + c * p.z;
-  return mesh;
-}
-
 TEST(CreaseLevels, TwoBoxesThatOverlapAreExact) {
   TriangleMesh boxes = testing::box({2, 1, 1});
   testing::append(boxes, testing::box({2, 0.9, 0.5}), {1, 0.5, 0.3}, 1);
-  for (const TriangleMesh& mesh : {boxes, turned(boxes)}) {
+  for (const TriangleMesh& mesh : {boxes, testing::turned(boxes, {0.8, 0.5, -0.3}, {0.1, 0.2, 1})}) {
     const auto made = convert(mesh, {});
     ASSERT_TRUE(made) << made.error().message;
     EXPECT_EQ(made->model.info.mode, Mode::Certified);
@@ -164,18 +157,10 @@ TEST(CreaseLevels, TwoBoxesThatOverlapAreExact) {
 
 // At the feet of letters an end mostly cannot move alone: its fibre would no longer face its triangles.
 TEST(CreaseLevels, LettersOnAPlateAreExact) {
-  TriangleMesh sign = testing::box({5.5, 2, 0.3});
-  const auto add_bar = [&](double x, double y, double width, double height) {
-    testing::append(sign, testing::box({width, height, 0.5}), {x, y, 0.1}, 1);
-  };
-  for (const double x : {0.4, 2.2, 4.0, 4.8}) add_bar(x, 0.4, 0.3, 1.2);
-  add_bar(0.4, 0.4, 1, 0.3);
-  for (const double y : {0.4, 0.85, 1.3}) add_bar(2.2, y, 1.1, 0.3);
-  add_bar(4, 0.85, 1.1, 0.3);
   ConvertSettings settings;
   for (const int slabs : {140, 160, 180}) {
     settings.slabs = slabs;
-    const auto made = convert(sign, settings);
+    const auto made = convert(testing::sign(), settings);
     ASSERT_TRUE(made) << made.error().message;
     EXPECT_EQ(made->model.info.mode, Mode::Certified);
     EXPECT_LT(made->report.from_mended.max, 1e-6) << slabs;

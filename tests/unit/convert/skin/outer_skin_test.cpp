@@ -167,6 +167,49 @@ TEST(OuterSkin, OfBoxesWithTheSameTop) {
   EXPECT_GT(skin.coincident, 0U);
 }
 
+/// Returns whether the faces around each point have a direction in common that they face.
+bool are_all_seen(const ClosedSource& s) {
+  constexpr int kDirections = 2000;
+  const Rings rings(s.faces, s.points.size());
+  std::vector<Vec3d> normals;
+  for (std::uint32_t v = 0; v < s.points.size(); ++v) {
+    normals.clear();
+    rings.around(v, [&](std::uint32_t h) {
+      const auto [a, b, c] = corners(s, h / 3);
+      normals.push_back(normalized(cross(to_double(b - a), to_double(c - a))));
+    });
+    bool is_seen = false;
+    for (int k = 0; k < kDirections && !is_seen; ++k) {
+      const double z = 1 - (2 * k + 1.0) / kDirections, r = std::sqrt(1 - z * z), turn = 2.39996323 * k;
+      const Vec3d d = {r * std::cos(turn), r * std::sin(turn), z};
+      is_seen = std::ranges::all_of(normals, [&](Vec3d n) { return dot(n, d) > 0.05; });
+    }
+    if (!is_seen) return false;
+  }
+  return true;
+}
+
+// Faces that lay in one plane lie a step apart on the lattice once they are turned, and cross each other at random.
+TEST(OuterSkin, OfTurnedPartsWhoseFacesCoincide) {
+  constexpr double kScale = 2.5e6;  // lattice steps
+  std::mt19937 random(7);
+  std::normal_distribution<double> any;
+  const auto direction = [&] { return Vec3d{any(random), any(random), any(random)}; };
+  for (int k = 0; k < 40; ++k) {
+    const Vec3d a = direction(), b = direction();
+    const ClosedSource given =
+        source_of(::relief::testing::scaled(::relief::testing::turned(::relief::testing::sign(), a, b), kScale,
+                                            {0.5 * Lattice::kSpan, 0.5 * Lattice::kSpan, 0.5 * Lattice::kSpan}));
+    const OuterSkin skin = skin_of(given);
+    ASSERT_EQ(skin.fault, OuterSkin::Fault::None) << k;
+    expect_manifold(skin.source);
+    EXPECT_TRUE(are_all_seen(skin.source)) << k;
+    EXPECT_EQ(skin.crossing, 0U) << k;
+    EXPECT_NEAR(volume(skin.source) / (kScale * kScale * kScale), ::relief::testing::kSignVolume, 1e-5) << k;
+    EXPECT_LT(skin.moved_most, 100) << k;
+  }
+}
+
 TEST(OuterSkin, OfBoxesThroughOneCorner) {
   TriangleMesh all = box_at({1000, 1000, 1000}, {1000, 1000, 1000});
   append(all, box_at({2000, 2000, 2000}, {1000, 1000, 1000}));  // a corner
