@@ -109,6 +109,7 @@ TEST(PointerDevice, AFiftiethOfALateEventIsForgottenWithEachThatFollows) {
   EXPECT_EQ(lag_after(0, 4), 30);
   for (const int events : {10, 20, 30, 40})
     EXPECT_EQ(lag_after(events, 4), std::ceil(1.5 * 20 * std::pow(0.98, events))) << events;
+  EXPECT_EQ(lag_after(200, 8), 12);
   EXPECT_EQ(lag_after(300, 1), 4);
 }
 
