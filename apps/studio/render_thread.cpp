@@ -77,6 +77,7 @@ void RenderThread::draw(FrameRenderer& renderer, const DrawRequest& request) {
   piece.frame = frame;
   piece.stage = request.stage;
   piece.revision = scene.model ? scene.model->number() : 0;
+  piece.cage = scene.model ? scene.model->slab_mesh().roots_number() : 0;
   piece.input_ns = request.input_ns;
   if (!drawn) {
     if (drawn.error().code != Errc::Cancelled) callbacks_.failed(drawn.error());

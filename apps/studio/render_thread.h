@@ -41,6 +41,7 @@ struct Piece {
   Stage stage = Stage::Quick;
   Frame frame;
   std::uint64_t revision = 0;  ///< number of the snapshot
+  std::uint64_t cage = 0;      ///< that of its slabs, cuts apart
   bool full = false;           ///< all was drawn, whether or not all had changed
   bool given_up = false;       ///< another request came first: nothing was drawn
   double cpu_ms = 0;           ///< of the process

@@ -254,6 +254,7 @@ void Viewport::take(Piece piece) {
                         {{"n", qint64(frames_)},
                          {"view", objectName()},
                          {"revision", qint64(piece.revision)},
+                         {"cage", qint64(piece.cage)},
                          {"rect", QJsonArray{piece.rect.x, piece.rect.y, piece.rect.width, piece.rect.height}},
                          {"full", piece.full},
                          {"samples", piece.frame.samples},

@@ -13,7 +13,6 @@ constexpr double kSteep = 3;          // way along the view beside that across i
 constexpr double kSilhouette = 2e-3;  // m along the view that are none yet
 constexpr double kClearance = 5e-3;   // m in front of the model
 constexpr double kLanding = 5e-3;     // m above the goal, from which on the tool comes down as slowly as it follows
-constexpr double kVirtualForce = 3.3;  // N, like the smallest device's: what people see is what others feel
 
 }  // namespace
 
@@ -58,9 +57,8 @@ Ray3d PointerResistance::step(const Ray3d& mouse, bool pressed, double force) no
 
 PointerDevice::PointerDevice(const PointerPlace& start) : place_(start), position_(front_of(start)) {
   info_ = {.name = "pointer",
-           .max_force = kVirtualForce,
-           .continuous_force = kVirtualForce,  // no motor that warms up
-           .max_work = 100,                    // nor a hand that could be hurt
+           .continuous_force = DeviceInfo{}.max_force,  // no motor that warms up
+           .max_work = 100,                             // nor a hand that could be hurt
            .max_speed = 2 * kFastest,
            .workspace_radius = 0,
            .sensed = {.position = 3},

@@ -16,7 +16,6 @@ constexpr double kFarModel = 1e100;      // model units; squares of it are still
 constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
 constexpr double kJitter = 2e-3 + 1e-9;  // s, by which a device's clock may run back and still tell nothing new
 constexpr double kSilence = 20e-3;  // s without news for which a force may be held: a hand goes 2 mm, slow as it is
-constexpr double kMaxGap = 0.05 - 1e-6;  // s; a reading's neighbours may be rounded
 constexpr double kMaxSpeed = ForceGuard::kFastest;
 constexpr double kFrozenSpeed = 0.05;     // m/s
 constexpr double kFrozenTime = 20e-3;     // s

@@ -20,6 +20,10 @@ struct ReadingSettings {
 /// The readings of one device, one after the other. A small state, no clock, no allocation.
 class Readings {
  public:
+  /// s between two readings, after which the hand may be anywhere: a longer time is a fault. A reading's neighbours may
+  /// be rounded.
+  static constexpr double kMaxGap = 0.05 - 1e-6;
+
   /// For a device with such limits.
   explicit Readings(const DeviceInfo& device) noexcept;
 

@@ -21,9 +21,9 @@ namespace relief {
 namespace {
 
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
-constexpr std::uint64_t kStandstill = 50 * kPeriod;
+// A clock of the device's own may not show that it stood still.
+constexpr auto kStandstill = static_cast<std::uint64_t>(1e9 * Readings::kMaxGap);  // ns
 constexpr int kPriority = 80;              // below the kernel's own threads for USB
-constexpr double kReopenEvery = 0.5;       // s
 constexpr std::size_t kNotedLosses = 100;  // a device that drops out all day must not fill the memory
 
 std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
@@ -262,7 +262,7 @@ void ServoThread::lose(std::uint64_t clock, const char* why) noexcept {
   }
   if (lost_for(clock) < reopen_at_) return;
   reopen();
-  reopen_at_ = lost_for(monotonic_ns()) + kReopenEvery;
+  reopen_at_ = lost_for(monotonic_ns()) + loss_.reopen_after;
 }
 
 void ServoThread::reopen() noexcept {

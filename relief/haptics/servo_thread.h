@@ -69,7 +69,7 @@ struct ServoTimes {
 /// Holds what is done about a pull device that does not answer. From the first tick on it is sent zero force, and read
 /// again.
 struct LossSettings {
-  double reopen_after = 1;    ///< s without an answer, after which it is closed and opened again, twice a second
+  double reopen_after = 1;    ///< s without an answer, after which it is closed and opened again, each time
   double give_up_after = 30;  ///< s without an answer, after which the loop ends; infinite: never
 };
 

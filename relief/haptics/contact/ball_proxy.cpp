@@ -85,11 +85,11 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
     arrive(ball, radius);
     return false;
   }
-  const bool waits = shift.leads ? *shift.leads : held_ && past_the_middle(surface.model(), last_, radius);
+  const bool waits = shift.leads || (held_ && past_the_middle(surface.model(), last_, radius));
   const Vec3d goal = waits ? centre_ + shift.way : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
-  if (way.cut || (waits && !way.settled)) shift_ = {.way = goal - centre_, .lost = shift.lost, .leads = waits};
+  if (waits && !way.settled) shift_ = {.way = goal - centre_, .lost = shift.lost, .leads = true};
   settled_ = overlap_ <= kRest * radius && way.settled;
   ledger_.clear();  // what an edit gives is no gain of the hand
   return true;
@@ -111,7 +111,7 @@ void BallProxy::follow_surface(MicroTriangles& surface) noexcept {
   touches_ = place.has_value();
   if (!place) {
     surface_ = {};
-    shift_ = {.way = {}, .lost = true, .leads = {}};
+    shift_ = {.way = {}, .lost = true};
     return;
   }
   const Vec3d was = surface_.position;

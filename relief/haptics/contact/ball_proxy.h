@@ -6,7 +6,6 @@
 #include <relief/haptics/foothold.h>
 
 #include <memory>
-#include <optional>
 
 namespace relief {
 
@@ -84,10 +83,10 @@ class BallProxy {
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
   /// How changes of the model have moved the place where the ball touched.
   struct Shift {
-    Vec3d way;                  ///< less what the ball has gone of it
-    double carried = 0;         ///< how far the ball went with it, out of the material
-    bool lost = false;          ///< it is no more
-    std::optional<bool> leads;  ///< whether the ball goes that way, and not to the cursor; empty: not yet seen
+    Vec3d way = {};      ///< less what the ball has gone of it
+    double carried = 0;  ///< how far the ball went with it, out of the material
+    bool lost = false;   ///< it is no more
+    bool leads = false;  ///< the ball is on that way already, and goes to its end
   };
   /// The place where the ball touched goes with the material, by which it stays known.
   void follow_surface(MicroTriangles& surface) noexcept;

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -89,6 +90,7 @@ TEST(ExploringHand, StartsOutsidePressesInAndMovesSmoothly) {
   Vec3d last = script(0).position;
   int presses = 0;
   bool in = false;
+  double deepest = 0;
   Box3d seen;
   for (int k = 1; k <= 30'000; ++k) {
     const Vec3d now = script(1e-3 * k).position;
@@ -98,10 +100,13 @@ TEST(ExploringHand, StartsOutsidePressesInAndMovesSmoothly) {
       presses += in ? 1 : 0;
     }
     if (in) seen.add(space.to_model(now));
+    if (const Vec3d at = space.to_model(now); in && k % 50 == 0)
+      deepest = std::max(deepest, length(closest_point(*model, at).position - at));
     last = now;
   }
   EXPECT_GE(presses, 15);
   EXPECT_GT(diagonal(seen), 0.5 * diagonal(box)) << "all sides";
+  EXPECT_NEAR(deepest, 0.08 * diagonal(box), 0.03 * diagonal(box)) << "as deep as a hand of 1.5 N presses, and more";
 }
 
 /// A sample model, or a scan.

@@ -73,7 +73,9 @@ TEST_F(PlantFiles, EachFigureGoesWhereItBelongs) {
   EXPECT_EQ((std::vector{hand.stiffness, hand.damping, hand.max_force, hand.tremor, hand.pump}),
             (std::vector<double>{41, 42, 43, 0.044, 45}));
   std::string jitter = "0";
-  for (int k = 0; k < 1000; ++k) jitter += ",0";
+  for (int k = 0; k < 999; ++k) jitter += ",0";
+  EXPECT_TRUE(read("{\"plant\": {\"jitter\": [" + jitter + "]}}"));
+  jitter += ",0";
   EXPECT_FALSE(read("{\"plant\": {\"jitter\": [" + jitter + "]}}")) << "1001 entries";
 }
 
@@ -108,6 +110,14 @@ TEST_F(PlantFiles, WhatIsWrongIsNamedInOneSentence) {
   EXPECT_NE(deep.error().message.find("and is a list"), std::string::npos) << deep.error().message;
   EXPECT_EQ(detail::read_plant_file(file_.string() + ".gone.json").error().code, Errc::NotFound);
   EXPECT_EQ(detail::read_plant_file(file_.parent_path()).error().code, Errc::Io);
+}
+
+TEST_F(PlantFiles, AFileOfOverAMebibyteIsNone) {
+  constexpr std::size_t kMebibyte = 1048576;
+  EXPECT_TRUE(read("{" + std::string(kMebibyte - 2, ' ') + "}"));
+  const auto refused = read("{" + std::string(kMebibyte - 1, ' ') + "}");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("larger than 1 MiB"), std::string::npos) << refused.error().message;
 }
 
 TEST_F(PlantFiles, ADeviceIsOpenedByTheNameOfTheFile) {

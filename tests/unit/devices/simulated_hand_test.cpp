@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -136,6 +137,22 @@ TEST(Hand, APumpPushesOnAlongTheMotorsLineAndOnlyWhileItPushes) {
     EXPECT_NEAR(hand.handle_velocity().y, 0.3, 1e-12);
     EXPECT_GT(hand.work().hand, 0) << "it helps both ways";
     EXPECT_NEAR(hand.work().hand + hand.work().motor, hand.energy() - start, 1e-12);
+  }
+}
+
+/// With all that it has from 1 cm/s on, and less in proportion below; and not where the motor hardly pushes.
+TEST(Hand, APumpPushesLessWhereTheHandleIsSlow) {
+  const Hand pump = {.stiffness = 0, .damping = 0, .max_force = 0, .pump = 0.5};
+  for (const double force : {0.9e-3, 1.1e-3}) {  // N, of the motor
+    const PlantPreset preset = bare(0.1, 0);
+    SimulatedHand hand(preset, pump, at_origin);
+    double speed = 0.002;
+    hand.set_state({}, {speed, 0, 0});
+    ASSERT_TRUE(hand.write({}));
+    ASSERT_TRUE(hand.write({.force = {force, 0, 0}, .torque = {}}));
+    const int steps = std::max(preset.plant.substeps, 20);
+    for (int k = 0; k < steps; ++k) speed += (force + (force > 1e-3 ? 0.5 * speed / 0.01 : 0)) / 0.1 * 1e-3 / steps;
+    EXPECT_NEAR(hand.handle_velocity().x, speed, 1e-6) << force;
   }
 }
 

@@ -170,6 +170,38 @@ TEST(BallMover, AStepIsCountedWithItsPlanesAndTheTrianglesThatItFinds) {
   EXPECT_EQ(work, look + 2 * found + 8 + planes);
 }
 
+/// What the ball may come to next is minded before it is there: a thousandth of the radius beyond it. Over a plane that
+/// is a disc of 0.045 radii.
+TEST(BallMover, MindsWhatIsAThousandthOfTheRadiusBeyondIt) {
+  const SnapshotPtr model = displaced(plane_shell(1, 4), [](Vec3d) { return 0.5; });
+  MicroTriangles surface(*model);
+  const double radius = 0.05;
+  for (const double beside : {0.04, 0.05}) {  // radii to the next cells
+    const auto room = std::make_unique<detail::ball::Room>();
+    const Vec3d centre = {0.5 + beside * radius, radius, 0.35};
+    const detail::ball::Mover ball(surface, *room, centre, radius, 0, detail::kAnyWork);
+    EXPECT_EQ(ball.around().count, beside < 0.0447 ? 2 : 1) << beside;
+  }
+}
+
+/// A step after which less than a twentieth of it is left is the last of its tick. Over an edge the ball's centre goes
+/// round a circle; of a step along the tangent as much is left as the hand is deep, in radii.
+TEST(BallProxy, LeavesATwentiethOfAStepToTheNextTick) {
+  const SnapshotPtr ridge = displaced(plane_shell(8, 32, 0.5), [](Vec3d p) { return 0.5 - 0.5 * std::abs(p.x - 0.5); });
+  const double radius = 0.05, turn = 0.02;
+  for (const double deep : {0.04, 0.07}) {
+    const double out = radius * (1 - deep);
+    BallProxy ball;
+    ball.step(*ridge, {0.5, 0.2, 0.47}, radius);
+    lead(ball, *ridge, {0.5, 0.2, 0.47}, {0.5, out, 0.47}, radius, 40);
+    ASSERT_NEAR(ball.centre().x, 0.5, 1e-6);
+    ASSERT_NEAR(ball.depth(), deep * radius, 1e-6);
+    ball.step(*ridge, {0.5 + out * std::sin(turn), out * std::cos(turn), 0.47}, radius);
+    const double left = 1 - std::atan2(ball.centre().x - 0.5, ball.centre().y) / turn;
+    EXPECT_NEAR(left, deep < 0.05 ? deep : deep * deep, 2e-3) << deep;
+  }
+}
+
 TEST(BallRange, IsFromAMillionthToATwentiethOfTheDiagonal) {
   const BallRange range = ball_range(2);
   for (const double radius : {2.1e-6, 0.01, 0.099}) EXPECT_TRUE(range.has(radius)) << radius;

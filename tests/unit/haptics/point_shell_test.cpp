@@ -8,10 +8,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <utility>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -33,19 +35,45 @@ TEST(PointShell, OnePointIsAsAProxy) {
   PointShell shell(own);
   Proxy proxy;
   testing::WanderingHand wandering;
-  int held = 0;
+  int held = 0, least_to_begin = 1 << 20;
   for (int k = 0; k < 5000; ++k) {
     const Vec3d hand = wandering.next();
+    const bool was_held = shell.held() > 0;
     shell.step(*model, {hand, {}});
     proxy.step(*model, hand + own[0]);
     ASSERT_EQ(shell.held() > 0, proxy.held()) << k;
     if (!proxy.held()) continue;
     ++held;
+    if (was_held) {
+      ASSERT_EQ(shell.work(), 10 + proxy.samples_placed() * 4 / 3) << "samples' time that it counts";
+    } else {
+      least_to_begin = std::min(least_to_begin, shell.work());
+    }
     ASSERT_NEAR(shell.depth(), proxy.depth(), 1e-9);
     ASSERT_LT(length(shell.push() - proxy.way_out() * proxy.depth()), 1e-9);
     ASSERT_LT(length(shell.twist() - cross(own[0], shell.push())), 1e-12);
   }
   EXPECT_GT(held, 500);
+  // To ask whether the point is clear, to begin a contact, and the first step of that; beside what they place.
+  EXPECT_GE(least_to_begin, 32 + 200 + 10);
+  EXPECT_LT(least_to_begin, 32 + 200 + 10 + 150);
+}
+
+/// In the open a point that was asked is clear for three lengths of the way that it came, so it is asked ever more
+/// seldom.
+TEST(PointShell, AFreePointIsClearForThreeOfItsWays) {
+  const SnapshotPtr model = flat_plane();
+  const Vec3d own[] = {{0, 0, 0}};
+  PointShell shell(own);
+  std::vector<int> asked;
+  for (int k = 0; k < 100; ++k) {
+    shell.step(*model, {{0.01 * k, 5, 0.5}, {}});
+    if (shell.work() == 0) continue;
+    asked.push_back(k);
+    EXPECT_NEAR(shell.work(), 32, 2);
+  }
+  // From a way of 1 it is clear for 3 from the way's middle: 2.5 beyond its end, which takes 3 ticks; and so on.
+  EXPECT_EQ(asked, (std::vector<int>{1, 4, 12, 32, 82}));
 }
 
 TEST(PointShell, PushesWithTheGradientOfHalfItsDepthSquared) {

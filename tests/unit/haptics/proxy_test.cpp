@@ -53,6 +53,37 @@ TEST(Proxy, NoTickTakesLongWhereverTheHandLeaps) {
   }
 }
 
+/// Where a way that was swept met nothing, a clear ball is looked for, of sixteen such ways: what is farther away costs
+/// nothing.
+TEST(Proxy, LooksSixteenWaysAheadForAClearBall) {
+  const SnapshotPtr model = displaced(plane_shell(4, 8, 0.005), [](Vec3d) { return 0.5; });
+  for (const double height : {0.012, 0.024}) {
+    Proxy proxy;
+    int most = 0;
+    for (int k = 0; k < 5; ++k) {
+      static_cast<void>(proxy.step(*model, {0.4 + 1e-3 * k, height, 0.45}));
+      most = std::max(most, proxy.samples_placed());
+    }
+    EXPECT_EQ(most > 8, height < 0.016) << height;
+  }
+}
+
+/// Where it is dear to find, as above ground that is rough down to the samples, what 64 of them tell is enough.
+TEST(Proxy, PlacesSixtyFourSamplesForAClearBall) {
+  const SnapshotPtr model = displaced(plane_shell(1, 128, 0.02), [](Vec3d p) {
+    const double any = 4e4 * std::sin(1e4 * p.x + 7e4 * p.z);
+    return 0.3 + 0.4 * (any - std::floor(any));
+  });
+  Proxy proxy;
+  int most = 0;
+  for (int k = 0; k < 6; ++k) {
+    static_cast<void>(proxy.step(*model, {0.4 + 3e-3 * k, 0.02, 0.2}));
+    most = std::max(most, proxy.samples_placed());
+  }
+  EXPECT_GT(most, 64);
+  EXPECT_LT(most, 64 + 40) << "and those of the square that it is at";
+}
+
 /// In the open a tick mostly places no sample at all: the cursor is in a ball that is known to be clear. A larger ball
 /// serves for longer and costs more to find, which a fast hand pays for.
 TEST(Proxy, InTheOpenATickCostsNextToNothing) {

@@ -344,6 +344,17 @@ TEST(ServoThread, ADeviceThatStaysAwayIsOpenedAgain) {
   EXPECT_GE(servo.losses()[0].reopened, 2);
 }
 
+TEST(ServoThread, BetweenTwoTriesToOpenADeviceIsAsMuchTimeAsBeforeTheFirst) {
+  SnapshotChannel channel(sphere());
+  FlakyDevice device(FlakyDevice::Fails::Read, 5, 1 << 20);
+  device.refuses = 1 << 20;
+  ServoThread servo(device, channel, kSettings, nullptr, {.reopen_after = 0.02, .give_up_after = 0.15});
+  while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const DeviceLoss loss = servo.losses().at(0);
+  EXPECT_GT(loss.reopened, 0);
+  EXPECT_LE(loss.reopened * 0.02, loss.seconds);
+}
+
 TEST(ServoThread, ADeviceThatCannotBeSwitchedOnGivesNoForceUntilItCan) {
   SnapshotChannel channel(sphere());
   FlakyDevice device(FlakyDevice::Fails::Read, 1 << 20, 0);

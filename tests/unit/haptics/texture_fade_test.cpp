@@ -118,6 +118,40 @@ TEST(TextureFade, ATickInThreeThatRunsOverManyWavesIsNotMost) {
   }
 }
 
+TEST(TextureFade, WhatItRanOverLatelyIsThatOfEightTicks) {
+  const SnapshotPtr model = waves_on_a_slope();
+  LocateHint hint;
+  const auto at = probe(*model, {0.5, 0, 0.37}, hint);
+  ASSERT_TRUE(at);
+  const Vec3d before = {0, 1, 0}, after = normalized(Vec3d{0.01, 1, 0});
+  TextureFade fade;
+  Vec3d lately = fade.step(*model, at->surface, before, 1e-9).normal;
+  EXPECT_EQ(lately, before);
+  for (int k = 0; k < 8; ++k) lately = fade.step(*model, at->surface, after, 1e-9).normal;
+  EXPECT_NEAR(lately.x / after.x, 1 - std::pow(7.0 / 8, 8), 1e-3);
+}
+
+/// Every other sample is higher, and the tip leaps from the middle of a cell to that of another, where the waves are
+/// as high as their mean. Between them it looks twice in a cell, and at 32 places at most.
+TEST(TextureFade, OfATicksWayItLooksAtThirtyTwoPieces) {
+  constexpr int kCells = 128;
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(1, kCells), [](Vec3d p) {
+    return 0.5 + (std::lround(p.x * kCells) % 2 == 0 ? kHeight : -kHeight);
+  });
+  for (const int leap : {16, 32}) {
+    TextureFade fade;
+    LocateHint hint;
+    double share = 0;
+    for (int tick = 0, cell = 8, way = leap; tick < 60; ++tick, cell += way) {
+      if (cell + way < 8 || cell + way > 120) way = -way;
+      const auto at = probe(*model, {(cell + 0.5) / kCells, 0, 0.02}, hint);
+      ASSERT_TRUE(at);
+      share = fade.step(*model, at->surface, at->surface.normal, 1e-9).share;
+    }
+    EXPECT_EQ(share, leap == 16 ? 1 : 0) << leap;
+  }
+}
+
 TEST(TextureFade, WhatIsTakenOffGrowsByAQuarterPerTurn) {
   // From what is just felt, 1e-10, to half of the waves' height it takes 59 turns, 1.4 of them in a tick on average.
   const SnapshotPtr model = waves_on_a_slope();

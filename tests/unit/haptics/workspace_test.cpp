@@ -66,6 +66,8 @@ TEST(Workspace, FitsTheModelAndGoesThereAndBack) {
   EXPECT_LT(length(fit.to_model(fit.to_device({101, 239, 310})) - Vec3d{101, 239, 310}), 1e-9);
   const DeviceInfo falcon = {.workspace_radius = 0.04};
   EXPECT_NEAR(fit_workspace(falcon, box).metres_per_unit * diagonal(box), 0.08, 1e-12);
+  const DeviceInfo large = {.workspace_radius = 0.5};
+  EXPECT_NEAR(fit_workspace(large, box).metres_per_unit * diagonal(box), 0.15, 1e-12) << "no farther than a hand goes";
   EXPECT_NEAR(fit_workspace(DeviceInfo{}, box, 100).metres_per_unit, 0.15 / 100, 1e-12) << "the model's own size";
   EXPECT_GT(fit_workspace(DeviceInfo{}, Box3d{}).metres_per_unit, 0);
 }

@@ -568,7 +568,7 @@ TEST(ChangeOfTheCage, GetsTheModelAsItWasWhenItsSlabsWereNew) {
     ASSERT_TRUE(document.close());
   }
   Events events;
-  auto document = Document::open(path, *ModelFile::open(path), events.settings());
+  auto document = Document::open(path, ModelFile::open(path).value(), events.settings());
   ASSERT_TRUE(document);
   EXPECT_EQ(hash_as_made(*document, events), anew);
   document->post(Undo{4});
@@ -591,7 +591,7 @@ TEST(ChangeOfTheCage, GetsNothingWhereTheHistoryBeginsAfterStrokes) {
   };
   {
     Events events;
-    auto document = Document::open(path, *ModelFile::open(path), events.settings());
+    auto document = Document::open(path, ModelFile::open(path).value(), events.settings());
     ASSERT_TRUE(document);
     std::filesystem::remove(path);
     saved_elsewhere(*document, events, kept);
@@ -601,7 +601,7 @@ TEST(ChangeOfTheCage, GetsNothingWhereTheHistoryBeginsAfterStrokes) {
   }
   {
     Events events;
-    auto document = Document::open(kept, *ModelFile::open(kept), events.settings());
+    auto document = Document::open(kept, ModelFile::open(kept).value(), events.settings());
     ASSERT_TRUE(document);
     EXPECT_EQ(hash_as_made(*document, events), 0U) << "the file says so, too";
   }
@@ -611,14 +611,14 @@ TEST(ChangeOfTheCage, GetsNothingWhereTheHistoryBeginsAfterStrokes) {
   document.settle();
   EXPECT_EQ(hash_as_made(document, events), ball().head->content_hash());
   saved_elsewhere(document, events, whole);
-  EXPECT_EQ(ModelFile::open(whole, true)->first_state(), FirstState::AsMade);
+  EXPECT_EQ(ModelFile::open(whole, true).value().first_state(), FirstState::AsMade);
   Document small(ball(), dropping.settings(1));
   for (int k = 0; k < 3; ++k) post(small, stroke_over_ball(k));
   small.settle();
   ASSERT_FALSE(dropping.of<HistoryDropped>().empty());
   EXPECT_EQ(hash_as_made(small, dropping), 0U);
   saved_elsewhere(small, dropping, path);
-  EXPECT_EQ(ModelFile::open(path, true)->first_state(), FirstState::Sculpted);
+  EXPECT_EQ(ModelFile::open(path, true).value().first_state(), FirstState::Sculpted);
 }
 
 // It is read on the thread of the change: the document goes on meanwhile, and the change can be cancelled.

@@ -665,7 +665,7 @@ TEST(Document, SaveElsewhereTakesTheWholeHistoryAlongAndGoesOnThere) {
   document.post(Undo{});
   ASSERT_TRUE(document.close());
   EXPECT_EQ(states_of(folder / "b.relief"), hashes);
-  EXPECT_EQ(ModelFile::open(folder / "b.relief")->stroke_count(), 3U) << "and the place in it";
+  EXPECT_EQ(ModelFile::open(folder / "b.relief").value().stroke_count(), 3U) << "and the place in it";
   ASSERT_EQ(events.of<SavedElsewhere>().size(), 1U);
   EXPECT_TRUE(events.of<SavedElsewhere>()[0].whole);
   EXPECT_EQ(states_of(folder / "a.relief").back(), hashes[3]) << "the old one stays";
@@ -752,7 +752,7 @@ TEST(Document, WithoutAFileAllThatIsInMemoryIsSavedElsewhere) {
   hashes.push_back(hash_of(document));
   ASSERT_TRUE(document.close());
   EXPECT_EQ(states_of(folder / "b.relief"), hashes);
-  const auto journal = ModelFile::open(folder / "b.relief")->strokes();
+  const auto journal = ModelFile::open(folder / "b.relief").value().strokes();
   ASSERT_TRUE(journal);
   const auto stroke = stroke_of((*journal)[1].details, "journal");
   ASSERT_TRUE(stroke) << stroke.error().message;

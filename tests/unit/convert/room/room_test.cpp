@@ -2,6 +2,7 @@
 #include <relief/convert/refine.h>
 #include <relief/convert/room.h>
 #include <relief/convert/room/fibre_lengthening.h>
+#include <relief/convert/room/reach_wanted.h>
 #include <relief/convert/room/solids.h>
 #include <relief/convert/room/surface_resampling.h>
 #include <relief/core/detail.h>
@@ -275,6 +276,25 @@ TEST(Room, TurnsWhatOnlyHangsOverAsFarAsTheSurfaceStays) {
   EXPECT_LE(free->surface_moved, kTold * place.radius);
 }
 
+// On a surface with waves as long as a few samples it moves where fibres turn: at one place by 0.03 radii, at another
+// it would by 0.06.
+TEST(Room, TurnsNothingWhereTheSurfaceWouldMoveByMoreThanAToolMayMiss) {
+  const SnapshotPtr model = testing::displaced(
+      leaning_ball(), [](Vec3d p) { return 0.5 + 0.05 * std::sin(30 * p.x) * std::cos(30 * p.y + p.z); });
+  std::vector<std::size_t> turned;
+  for (const Vec3d at : {Vec3d{1, 0.2, 0.1}, Vec3d{-0.8, -0.2, 0.5}}) {
+    const Place place = {closest_point(*model, at), 0.045, 0.042};
+    const Result<RoomMade> made = make_room(*model, place.cut(), goals());
+    ASSERT_TRUE(made);
+    EXPECT_TRUE(made->before.empty()) << "no room is lacking";
+    EXPECT_GT(made->overhang_before, kTold * place.radius);
+    EXPECT_LE(made->surface_moved, kTold * place.radius);
+    turned.push_back(made->turned);
+  }
+  EXPECT_GT(turned[0], 0U);
+  EXPECT_EQ(turned[1], 0U);
+}
+
 TEST(Room, SaysHowFarFibresHangOver) {
   const SnapshotPtr model = testing::displaced(leaning_ball(2), [](Vec3d) { return 0.5; });
   const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.2, 0.19};
@@ -416,6 +436,21 @@ TEST(Room, KeepsFibresAsShortAsAsked) {
   for (const Fibre& f : next->slab_mesh().fibres()) EXPECT_LE(length(f.direction()), 0.075 * kDiagonal + 1e-6);
 }
 
+// For less than a hundredth of what is lacking the surface is not sampled again.
+TEST(Room, MovesNothingForAHundredthOfWhatIsLacking) {
+  const double depth = 0.125;
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(4, 8, depth), [](Vec3d) { return 0.5; });
+  const Vec3d middle = {0.5, 0.0, 0.5}, out = {0, 1, 0};
+  for (const double longer : {1e-3, 0.02}) {  // than fibres are, at places that lack a tenth
+    RoomGoals with = goals();
+    with.longest = (2 * depth + longer) / kDiagonal;
+    const Result<RoomMade> made = make_room(*model, {.cut = {{middle, middle, 0.3, out}}, .fill = {}}, with);
+    ASSERT_TRUE(made);
+    EXPECT_FALSE(made->before.empty());
+    EXPECT_EQ(made->moved.empty(), longer < 0.01) << longer;
+  }
+}
+
 TEST(Room, HasNoFibresThatTheLatticeDoesNotHold) {
   const SnapshotPtr model = testing::displaced(testing::sphere_shell(2, 8, 0.9, 1.1), [](Vec3d) { return 0.5; });
   const Result<RoomMade> made = make_room(*model, place_at(*model, 17, 0.3, 0.25).cut(), goals());
@@ -520,14 +555,16 @@ std::size_t samples_of(const Snapshot& model) {
 }
 
 /// How far the samples of a surface lie from another at most, each looked up.
-double farthest_from(const Snapshot& from, const Snapshot& of) {
+double farthest_from(const Snapshot& from, const Snapshot& of, std::vector<double>* all = nullptr) {
   double most = 0;
   for (SlabId s = 0; s < of.slab_mesh().slab_count(); ++s) {
     const int n = of.slab_mesh().intervals(s);
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i + j <= n; ++i) {
         const Vec3d p = sample_position(of, s, {i, j});
-        most = std::max(most, length(closest_point(from, p).position - p));
+        const double off = length(closest_point(from, p).position - p);
+        most = std::max(most, off);
+        if (all != nullptr) all->push_back(off);
       }
   }
   return most;
@@ -579,6 +616,14 @@ TEST(Refine, SaturatedFindsWhereToolsHaveFadedOut) {
   EXPECT_GT(refined->fibres_moved, 0U);
   ASSERT_TRUE(refined->model.head);
   expect_sound(*refined->model.head);
+  std::vector<double> off;
+  const double most =
+      std::max(farthest_from(*carved, *refined->model.head, &off), farthest_from(*refined->model.head, *carved, &off));
+  double squares = 0;
+  for (const double d : off) squares += d * d;
+  const double rms = std::sqrt(squares / static_cast<double>(off.size()));
+  EXPECT_NEAR(refined->moved_max, most, 0.01 * most) << "each sample looked up";
+  EXPECT_NEAR(refined->moved_rms, rms, 0.01 * rms);
   const auto deepest = [&](const SnapshotPtr& of) {
     return length(raycast(*of, {on.position + on.normal, -on.normal})->point.position - on.position);
   };
@@ -796,6 +841,31 @@ TEST(Solids, LinesPassThroughCapsules) {
 }
 
 // Fibres that lean over steep bumps, and the samples on the slabs' shared edges: each has a mark in every slab.
+/// A ball whose middle lies a little below a plane is met at its widest by fibres that stand on the plane around it, so
+/// far below it. Tools tell what they take so, from a twentieth of their radius on.
+TEST(ReachWanted, SeesWhatLiesATwentiethOfTheRadiusBesideATool) {
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(1, 16, 0.125), [](Vec3d) { return 0.5; });
+  const SlabMesh& mesh = model->slab_mesh();
+  const Lattice lattice = lattice_of(mesh, mesh.bounds(), 0.5).value();
+  const std::vector<SlabId> slabs = {0, 1};
+  const auto ends_of = [&](std::uint32_t face, std::size_t corner) {
+    const Fibre& fibre = mesh.fibres()[mesh.slabs()[face].fibres[corner]];
+    return Ends{snap(lattice.to_lattice(fibre.inner)), snap(lattice.to_lattice(fibre.outer))};
+  };
+  const double radius = 0.125 * (1 + 1e-5);  // over one sample at its widest
+  for (const double below : {0.04, 0.07}) {
+    const Vec3d middle = {0.5, -below * radius, 0.25};
+    const std::vector<Capsule> cut = on_lattice(std::vector<Capsule>{{middle, middle, radius, {0, 1, 0}}}, lattice);
+    const ReachWanted wishes(*model, lattice, slabs, cut, {}, goals());
+    double beside = 0;
+    wishes.for_each_lack(ends_of, [&](const Lacking& l) { beside = std::max(beside, l.beside * lattice.step); });
+    if (below < 0.05)
+      EXPECT_EQ(beside, 0);
+    else
+      EXPECT_NEAR(beside, below * radius, 0.01 * radius);
+  }
+}
+
 TEST(Resampling, CountsASampleThatMeetsTheSurfaceSeveralTimesOnce) {
   SnapshotDraft draft(testing::displaced(
       lattice_ball(2, 16), [](Vec3d p) { return 0.5 + 0.2 * (std::sin(25 * p.x) + std::sin(25 * p.y)); }));
