@@ -889,6 +889,9 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
   if (!(wanted > 0) || std::ranges::any_of(fine_enough, holds)) return;
   const Sphere ring = {sphere.centre, sphere.radius + radius * kRing};
   const auto highest_there = [&](SlabId s) { return reach.cuts ? highest_at_start(s) : highest(s); };
+  const auto surface_there = [&](SlabId s) -> const Tile& {
+    return (reach.cuts ? *start : now()).tile(Layer::Displacement, s);
+  };
   const auto touched = [&](SlabId s) {
     return draft && draft->now().shared_tile(tool->writes, s) != start->shared_tile(tool->writes, s);
   };
@@ -908,11 +911,11 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
         kMaxSlabsPerStroke - added,
         std::min(kMaxSamplesPerDab, kMaxModelSamples - std::min(samples, kMaxModelSamples))};
     // What is not available is had as far as it goes.
-    bool planned = plan.run(near, need, highest_there, touched, budget);
+    bool planned = plan.run(near, need, surface_there, touched, budget);
     while (!planned && plan.wanted(near, need)) {
       result.detail_limited = true;
       need.spacing *= 2;
-      planned = plan.run(near, need, highest_there, touched, budget);
+      planned = plan.run(near, need, surface_there, touched, budget);
     }
     if (planned && !plan.empty()) {
       if (const auto made = DetailChange::make(layered, plan.since_began())) {

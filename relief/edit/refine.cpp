@@ -33,6 +33,22 @@ double distance(const Crossed& a, const Crossed& b) {
   return std::min(length(a.at(a.alpha) - b.at(b.alpha)), kMostSlope * across);
 }
 
+/// Returns up to where a part of a slab has a surface, from the tile of the slab.
+double highest(const Tile& tile, const RootPlace& part) {
+  const int n = tile.intervals();
+  GridPoint low = {n, n}, high = {0, 0};  // of all samples in and around it
+  for (const std::array<int, 3>& corner : part.corners) {
+    const GridPoint times = {corner[1] * n, corner[2] * n};
+    const int steps = 1 << part.level;
+    low = {std::min(low.i, times.i / steps), std::min(low.j, times.j / steps)};
+    high = {std::max(high.i, (times.i + steps - 1) / steps), std::max(high.j, (times.j + steps - 1) / steps)};
+  }
+  float most = 0;
+  for (int j = low.j; j <= high.j; ++j)
+    for (int i = low.i; i <= std::min(high.i, n - j); ++i) most = std::max(most, tile.plane()[sample_index(n, {i, j})]);
+  return static_cast<double>(most);
+}
+
 double longest_edge(const Snapshot& began, const SlabMesh& mesh, SlabId s) {
   const auto at = [&](double u, double v) { return crossed(began, mesh, s, u, v); };
   const std::array<Crossed, 3> ends = {at(0, 0), at(1, 0), at(0, 1)}, middles = {at(0.5, 0.5), at(0, 0.5), at(0.5, 0)};
@@ -99,7 +115,7 @@ std::vector<SlabId> RefinePlan::fit_hanging(const std::function<bool(SlabId)>& t
         const SlabId coarse = slab.neighbours[k];
         for (std::vector<int>& n : intervals_) {
           if (n.empty() || n[coarse] <= 2 * n[s]) continue;
-          if (touched(parents_[s]) && mesh_->level(coarse) < kMaxLevel) {
+          if (touched(parts_[s].root) && mesh_->level(coarse) < kMaxLevel) {
             too_dense.push_back(coarse);
             continue;
           }
@@ -121,7 +137,9 @@ bool RefinePlan::cut(std::vector<SlabId>& cuts, const DetailBudget& budget) {
   if (!next) return false;
   mesh_ = std::make_shared<const SlabMesh>(*std::move(next));
   for (const SlabId s : cuts) {
-    parents_.insert(parents_.end(), 3, parents_[s]);
+    const auto [at_a, at_b, at_c, centre] = cut_in_four(parts_[s]);
+    parts_.insert(parts_.end(), {at_a, at_b, at_c});
+    parts_[s] = centre;
     for (std::vector<int>& n : intervals_) {
       if (n.empty()) continue;
       if (n[s] % 2 == 0) n[s] /= 2;
@@ -139,13 +157,13 @@ std::size_t RefinePlan::samples() const {
   return sum;
 }
 
-bool RefinePlan::run(std::span<const SlabId> near, const Need& need, const std::function<double(SlabId)>& highest,
+bool RefinePlan::run(std::span<const SlabId> near, const Need& need, const std::function<const Tile&(SlabId)>& surface,
                      const std::function<bool(SlabId)>& touched, const DetailBudget& budget) {
   mesh_ = model_.shared_slab_mesh();
   new_cuts_ = 0;
   raises_ = false;
-  parents_.clear();
-  for (SlabId s = 0; s < mesh_->slab_count(); ++s) parents_.push_back(s);
+  parts_.clear();
+  for (SlabId s = 0; s < mesh_->slab_count(); ++s) parts_.push_back({.root = s});
   for (std::size_t k = 0; k < kLayerCount; ++k) {
     const auto layer = static_cast<Layer>(k);
     intervals_[k].clear();
@@ -171,7 +189,7 @@ bool RefinePlan::run(std::span<const SlabId> near, const Need& need, const std::
       for (const SlabId part : {s, child, child + 1, child + 2}) {
         const double radius = need.sphere.radius;
         if (is_open[s] && mesh_->box(part).distance2(need.sphere.centre) <= radius * radius &&
-            may_reach(mesh_->corners(part), highest(parents_[part]), need.sphere, need.up))
+            may_reach(mesh_->corners(part), highest(surface(parts_[part].root), parts_[part]), need.sphere, need.up))
           open.push_back(part);
       }
       child += 3;

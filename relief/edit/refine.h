@@ -37,10 +37,11 @@ class RefinePlan {
 
   /// Returns whether any of these slabs is too coarse.
   [[nodiscard]] bool wanted(std::span<const SlabId> near, const Need& need) const;
-  /// Plans for these slabs. `highest` says up to where along its fibres a slab of the cage as it is has a surface.
-  /// False where it would add more than the budget allows.
-  [[nodiscard]] bool run(std::span<const SlabId> near, const Need& need, const std::function<double(SlabId)>& highest,
-                         const std::function<bool(SlabId)>& touched, const DetailBudget& budget);
+  /// Plans for these slabs. `surface` gives the displacement that counts in a slab of the cage as it is. False where it
+  /// would add more than the budget allows.
+  [[nodiscard]] bool run(std::span<const SlabId> near, const Need& need,
+                         const std::function<const Tile&(SlabId)>& surface, const std::function<bool(SlabId)>& touched,
+                         const DetailBudget& budget);
   [[nodiscard]] bool empty() const noexcept { return new_cuts_ == 0 && !raises_; }
   /// Returns all that the stroke needs so far, from the cage that it found: values between samples then do not depend
   /// on the steps in which the grids became fine.
@@ -64,7 +65,7 @@ class RefinePlan {
   const Snapshot& began_;
   std::shared_ptr<const SlabMesh> mesh_;  ///< with the cuts so far
   std::array<std::vector<int>, kLayerCount> intervals_;
-  std::vector<SlabId> parents_;  ///< by slab: of the cage as it is
+  std::vector<RootPlace> parts_;  ///< by slab: of which slab of the cage as it is, and which part
   std::size_t new_cuts_ = 0;
   bool raises_ = false;
 };

@@ -1,7 +1,9 @@
 #include <relief/edit/region.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 
 namespace relief::detail {
 
@@ -17,35 +19,36 @@ double distance2(Vec3d p, Vec3d a, Vec3d b) noexcept {
 
 /// False only when no point of the slab up to `highest` along its fibres lies in the sphere: that part of it is within
 /// the convex hull of its six corners.
-bool may_meet(SlabCorners corners, double highest, const Sphere& sphere) noexcept {
-  const auto middle = [&] {
-    return (corners.inner[0] + corners.inner[1] + corners.inner[2] + corners.outer[0] + corners.outer[1] +
-            corners.outer[2]) /
-               6.0 -
-           sphere.centre;
+bool may_meet(const SlabCorners& corners, double highest, const Sphere& sphere) noexcept {
+  std::array<Vec3d, 6> from;  // the sphere's centre: the inner corners, then the outer ones
+  for (std::size_t k = 0; k < 3; ++k) {
+    from[k] = corners.inner[k] - sphere.centre;
+    from[k + 3] = corners.outer[k] - sphere.centre;
+  }
+  const auto middle = [&] { return from[0] + from[1] + from[2] + from[3] + from[4] + from[5]; };
+  const auto is_beyond = [&](double along, Vec3d way) {
+    return along > 0 && along * along > sphere.radius * sphere.radius * dot(way, way);
   };
+  /// On either side of the sphere.
   const auto apart_along = [&](Vec3d way) {
-    const Vec3d axis = normalized(way);
-    double nearest = Box3d::kFar;
-    for (std::size_t k = 0; k < 3; ++k)
-      nearest =
-          std::min({nearest, dot(corners.inner[k] - sphere.centre, axis), dot(corners.outer[k] - sphere.centre, axis)});
-    return nearest > sphere.radius;
+    double least = Box3d::kFar, most = -Box3d::kFar;
+    for (const Vec3d corner : from) {
+      least = std::min(least, dot(corner, way));
+      most = std::max(most, dot(corner, way));
+    }
+    return is_beyond(least, way) || is_beyond(-most, way);
   };
   const Vec3d whole = middle();
-  for (std::size_t k = 0; k < 3; ++k)
-    corners.outer[k] = corners.inner[k] + (corners.outer[k] - corners.inner[k]) * highest;
+  for (std::size_t k = 0; k < 3; ++k) from[k + 3] = from[k] + corners.fibre(k) * highest;
   if (apart_along(whole) || apart_along(middle())) return false;
   // A slab that was cut is far longer than wide: across its fibres, and its walls, it may still lie apart.
-  const Vec3d along = corners.fibre(0) + corners.fibre(1) + corners.fibre(2);
+  const Vec3d along = from[3] + from[4] + from[5] - (from[0] + from[1] + from[2]);
   const double length2 = dot(along, along);
   if (!(length2 > 0)) return true;
-  const Vec3d aside = middle() - along * (dot(middle(), along) / length2);
-  if (apart_along(aside)) return false;
+  if (apart_along(middle() - along * (dot(middle(), along) / length2))) return false;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
-    const Vec3d edge = (corners.inner[b] - corners.inner[a]) + (corners.outer[b] - corners.outer[a]);
-    if (apart_along(cross(along, edge)) || apart_along(cross(edge, along))) return false;
+    if (apart_along(cross(along, (from[b] - from[a]) + (from[b + 3] - from[a + 3])))) return false;
   }
   return true;
 }
@@ -57,6 +60,9 @@ bool wall_may_meet(const Fibre& a, const Fibre& b, const Sphere& sphere) noexcep
 }
 
 bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
+  int sides = 0;
+  for (std::size_t k = 0; k < 3; ++k) sides += dot(corners.fibre(k), normal) > 0 ? 1 : -1;
+  if (std::abs(sides) == 3) return sides > 0;
   Vec3d mean;
   for (std::size_t k = 0; k < 3; ++k) mean += normalized(corners.outer[k] - corners.inner[k]);
   return dot(mean, normal) > 0;

@@ -66,6 +66,7 @@ void DabTiles::begin() {
   if (++round_ != 0) return;
   // After 2^32 dabs the old numbers would look new.
   std::ranges::fill(marks_, Mark{});
+  std::ranges::fill(joined_, 0U);
   round_ = 1;
 }
 
@@ -115,27 +116,31 @@ void DabTiles::join(std::size_t own, const Seam& seam, int channel_count, const 
   for (std::size_t t = 1; t < count; ++t) copy_sample(own, from[t], twin, to[count - t], channel_count, pool);
 }
 
-/// Writes the sample at a fibre to all slabs that meet there, from the one of them that owns it.
-void DabTiles::join_at(std::size_t own, const SlabMesh& mesh, FibreId fibre, int channel_count, const Source& source,
-                       TilePool& pool) {
+/// Writes the sample at a fibre to all slabs that meet there, from the one of them that owns it; once per dab.
+void DabTiles::join_at(const SlabMesh& mesh, FibreId fibre, int channel_count, const Source& source, TilePool& pool) {
+  if (std::exchange(joined_[fibre], round_) == round_) return;
+  SlabId owner = kNoSlab;
+  bool changed = false;
+  mesh.for_each_at(fibre, [&](SlabId s) {
+    if (!is_computed(s)) return;
+    if (owner == kNoSlab || source.owns(s, owner)) owner = s;
+    changed = changed || slots_[marks_[s].slot].tile;
+  });
+  const std::size_t own = marks_[owner].slot;
+  if (slots_[own].cover == nullptr && !changed) return;
   at_fibre_.clear();
   for (const SlabCorner c : mesh.fan(fibre)) at_fibre_.push_back({c.slab, static_cast<int>(c.corner), 0});
   if (const HangingEdge* hangs = mesh.hanging_at(fibre)) {
     const auto place = std::ranges::lower_bound(at_fibre_, hangs->slab, {}, &AtFibre::slab);
     at_fibre_.insert(place, {hangs->slab, -1, hangs->edge});
   }
-  const AtFibre* owner = nullptr;
-  for (const AtFibre& at : at_fibre_)
-    if (is_computed(at.slab) && (owner == nullptr || source.owns(at.slab, owner->slab))) owner = &at;
-  if (owner->slab != slots_[own].slab) return;
-  const auto changed = [&](const AtFibre& at) { return is_computed(at.slab) && slots_[marks_[at.slab].slot].tile; };
-  if (slots_[own].cover == nullptr && std::ranges::none_of(at_fibre_, changed)) return;
   const auto sample = [&](const AtFibre& at, int n) {
     return sample_index(n, at.corner < 0 ? edge_point(n, at.edge, n / 2) : corner_point(n, at.corner));
   };
-  const std::size_t from = sample(*owner, slots_[own].base->intervals());
+  const auto from_place = std::ranges::find(at_fibre_, owner, &AtFibre::slab);
+  const std::size_t from = sample(*from_place, slots_[own].base->intervals());
   for (const AtFibre& at : at_fibre_)
-    if (at.slab != owner->slab) {
+    if (at.slab != owner) {
       const std::size_t to = slot_of(at.slab, source);
       copy_sample(own, from, to, sample(at, slots_[to].base->intervals()), channel_count, pool);
     }
@@ -163,9 +168,9 @@ void DabTiles::commit(const SlabMesh& mesh, Layer layer, const Source& source, T
     const SlabId s = slots_[own].slab;
     for (int k = 0; k < 3; ++k) {
       const auto corner = static_cast<std::size_t>(k);
-      join_at(own, mesh, mesh.slabs()[s].fibres[corner], channel_count, source, pool);
+      join_at(mesh, mesh.slabs()[s].fibres[corner], channel_count, source, pool);
       if (mesh.slabs()[s].shares[corner] == EdgeShare::Halves)
-        join_at(own, mesh, mesh.hanging(s, k).middle, channel_count, source, pool);
+        join_at(mesh, mesh.hanging(s, k).middle, channel_count, source, pool);
     }
   }
   const auto intervals_of = [&](SlabId s) { return source.base(s).intervals(); };

@@ -26,9 +26,12 @@ struct Slot {
 /// The tiles of one dab.
 class DabTiles {
  public:
-  explicit DabTiles(const SlabMesh& mesh) : marks_(mesh.slab_count()) {}
+  explicit DabTiles(const SlabMesh& mesh) { take(mesh); }
   /// Goes on in another cage.
-  void take(const SlabMesh& mesh) { marks_.resize(mesh.slab_count()); }
+  void take(const SlabMesh& mesh) {
+    marks_.resize(mesh.slab_count());
+    joined_.resize(mesh.fibres().size());
+  }
 
   /// Says where tiles are taken from that a dab did not compute, but that get samples from one that it did.
   struct Source {
@@ -75,13 +78,13 @@ class DabTiles {
   std::size_t slot_of(SlabId s, const Source& source);
   void join(std::size_t own, const Seam& seam, int channel_count, const Source& source, TilePool& pool,
             const std::function<const GridTables&(int)>& grid);
-  void join_at(std::size_t own, const SlabMesh& mesh, FibreId fibre, int channel_count, const Source& source,
-               TilePool& pool);
+  void join_at(const SlabMesh& mesh, FibreId fibre, int channel_count, const Source& source, TilePool& pool);
   void copy_sample(std::size_t from, std::size_t from_index, std::size_t to, std::size_t to_index, int channel_count,
                    TilePool& pool);
 
   std::uint32_t round_ = 0;
   std::vector<Mark> marks_;
+  std::vector<std::uint32_t> joined_;  ///< by fibre: the round in which its sample was last joined
   std::vector<Slot> slots_;
   std::size_t computed_ = 0;
   std::vector<AtFibre> at_fibre_;  ///< scratch

@@ -106,6 +106,22 @@ TEST(DetailOnDemand, ComesWhereTheToolIsAndNowhereElse) {
   }
 }
 
+TEST(DetailOnDemand, WhatStandsElsewhereInASlabCostsNothingHere) {
+  // Fibres that lean: those beside the tool pass over it, far above the surface.
+  const auto sheet =
+      testing::mapped_shell(*testing::plane_shell(1, 64, 0.4), [](Vec3d p) { return Vec3d{p.x + 2 * p.y, p.y, p.z}; });
+  std::array<std::size_t, 2> added{};
+  for (const bool peak : {false, true}) {
+    const SnapshotPtr before = displaced(sheet, [&](Vec3d p) { return peak && p.x > 0.8 && p.z > 0.8 ? 0.95 : 0.3; });
+    Editor editor(before);
+    const Vec3d place = surface_point(*before, 0, 0.5, 0.2).position;
+    added[peak ? 1 : 0] = testing::apply(editor, {.radius = 0.05}, dab_near(*before, place, 0.03)).samples_added;
+    EXPECT_TRUE(valid(*editor.head()));
+  }
+  EXPECT_GT(added[0], 1000U);
+  EXPECT_EQ(added[1], added[0]);
+}
+
 TEST(DetailOnDemand, IsNotMadeWhereNoneIsNeeded) {
   const SnapshotPtr before = coarse(32);
   for (const Brush& brush :
