@@ -60,8 +60,7 @@ class Levels {
     return reach[kInner] / (reach[kInner] + reach[kOuter]);
   }
 
-  /// First the level in the middle, which most fibres are near, then others around it, until all can go there. The one
-  /// counts that leaves fewest fibres off it.
+  /// Brings fibres to one level as they stand; where some are left off it, all may turn, if that leaves fewer.
   void level_out(std::span<const std::uint32_t> fibres) {
     std::vector<double> levels;
     std::vector<ShellPatch::Reach> first;
@@ -71,48 +70,84 @@ class Levels {
     }
     const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
     std::ranges::nth_element(levels, middle);
-    double wanted = *middle;
-    std::size_t fewest = bring_to(fibres, first, wanted);
-    const double about = wanted;
-    double latest = wanted;
-    for (int k = 0, vain = 0; vain < kMostVain && fewest > 0; ++k) {
-      const double next = about + (k % 2 == 0 ? kApart : -kApart) * (k / 2 + 1);
-      ++vain;
-      if (next < kApart || next > 1 - kApart) continue;
-      latest = next;
-      const std::size_t left = bring_to(fibres, first, latest);
-      if (left >= fewest) continue;
-      fewest = left;
-      vain = 0;
-      wanted = latest;
+    const Found standing = find_level(fibres, first, false, *middle);
+    if (standing.left > 0) {
+      undo();
+      if (find_level(fibres, first, true, *middle).left >= standing.left) {
+        undo();
+        bring_to(fibres, first, false, standing.level);
+      }
     }
-    if (latest != wanted) bring_to(fibres, first, wanted);
+    changes_.clear();
   }
 
-  /// Returns how many could not be brought to a level. `first`: what each of them reached before any level was tried,
-  /// of which it keeps its shares.
-  std::size_t bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, double wanted) {
-    std::size_t left = 0;
+  struct Found {
+    double level = 0;
+    std::size_t left = 0;  // fibres that are not at it
+  };
+  /// Tries a level, then that of a fibre that cannot go there, which others may mostly follow, then others around the
+  /// first, and brings the fibres to the one that leaves fewest off it.
+  Found find_level(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, bool may_turn,
+                   double about) {
+    double latest = about;
+    Outcome outcome = bring_to(fibres, first, may_turn, about);
+    Found best = {about, outcome.left};
+    const double stuck = outcome.left > 0 ? level(outcome.last) : about;
+    for (int k = 0, vain = 0; vain < kMostVain && best.left > 0; ++k) {
+      ++vain;
+      const double next = k == 0 ? stuck : about + (k % 2 == 0 ? -kApart : kApart) * ((k + 1) / 2);
+      if (next < kApart || next > 1 - kApart) continue;
+      latest = next;
+      outcome = bring_to(fibres, first, may_turn, latest);
+      if (outcome.left >= best.left) continue;
+      best = {latest, outcome.left};
+      vain = 0;
+    }
+    if (latest != best.level) best.left = bring_to(fibres, first, may_turn, best.level).left;
+    return best;
+  }
+
+  struct Outcome {
+    std::size_t left = 0;    // fibres that could not be brought to a level
+    std::uint32_t last = 0;  // one of them
+  };
+  /// `first`: what each of them reached before any level was tried, of which it keeps its shares.
+  Outcome bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, bool may_turn,
+                   double wanted) {
+    Outcome outcome;
     for (int pass = 0; pass < kPasses; ++pass) {
-      left = 0;
+      outcome = {};
       std::size_t moved = 0;
       for (std::size_t k = 0; k < fibres.size(); ++k) {
         const std::uint32_t v = fibres[k];
         if (std::abs(level(v) - wanted) <= kLevel || !patch_.draft().can_move(v)) continue;
-        if (bring(v, first[k], wanted) || (settle_around(v) && bring(v, first[k], wanted))) {
+        if (bring(v, first[k], wanted) || (may_turn && settle_around(v) && bring(v, first[k], wanted))) {
           ++moved;
         } else {
-          ++left;
+          ++outcome.left;
+          outcome.last = v;
         }
       }
-      if (left == 0 || moved == 0) break;
+      if (outcome.left == 0 || moved == 0) break;
     }
-    return left;
+    return outcome;
   }
 
-  /// Brings a fibre to a level, as long as it is or as little shorter as the checks allow. `before`: see bring_to().
+  /// Notes where a fibre is, for undo().
+  void note(std::uint32_t v) { changes_.push_back({v, patch_.draft().at[v], patch_.draft().ends[v]}); }
+  /// Takes all changes back, the latest first: each leads to what passed all checks before.
+  void undo() {
+    FibreMoves moves = patch_.moves();
+    for (; !changes_.empty(); changes_.pop_back()) {
+      const Change& was = changes_.back();
+      if (patch_.draft().ends[was.fibre] != was.ends) moves.put(was.fibre, was.at, was.ends);
+    }
+  }
+
+  /// Brings a fibre to a level, as long as it was or as little shorter as the checks allow. `before`: see bring_to().
   bool bring(std::uint32_t v, const ShellPatch::Reach& before, double wanted) {
     FibreMoves moves = patch_.moves();
+    note(v);
     const double whole = before[kInner] + before[kOuter];
     const double least = std::max(kKeptBelow * before[kInner] / wanted, kKeptAbove * before[kOuter] / (1 - wanted));
     for (double length = whole; length >= least; length *= kShorter)
@@ -129,11 +164,21 @@ class Levels {
     draft.for_ring(v, [&](std::uint32_t h) { around.push_back(draft.target(h)); });
     const std::uint32_t clock = draft.clock;
     for (const std::uint32_t w : around)
-      if (draft.can_move(w)) moves.settle(w);
+      if (draft.can_move(w)) {
+        note(w);
+        moves.settle(w);
+      }
     return draft.clock != clock;
   }
 
+  struct Change {
+    std::uint32_t fibre;
+    Vec3d at;
+    Ends ends;
+  };
+
   ShellPatch& patch_;
+  std::vector<Change> changes_;  // what undo() takes back
   DisjointSets sets_;
   std::vector<std::uint32_t> on_edge_;  // fibres, those of a set together
   std::size_t edges_ = 0;

@@ -190,6 +190,11 @@ bool FibreMoves::extend(std::uint32_t v, Side side, double steps, double least) 
   return false;
 }
 
+bool FibreMoves::put(std::uint32_t v, Vec3d at, const Ends& ends) {
+  begin(v);
+  return try_ends(at, ends);
+}
+
 bool FibreMoves::reach_to(std::uint32_t v, const std::array<double, 2>& reach) {
   begin(v);
   const Vec3d d = normalized(draft_.fibre(v)), at = draft_.at[v];

@@ -36,6 +36,8 @@ class FibreMoves {
   bool extend(std::uint32_t v, Side side, double steps, double least);
   /// Makes a fibre reach so many lattice steps from its place on each side, by Side. True where it does then.
   bool reach_to(std::uint32_t v, const std::array<double, 2>& reach);
+  /// Puts a fibre's place and ends there. True where they are there then.
+  bool put(std::uint32_t v, Vec3d at, const Ends& ends);
 
  private:
   void begin(std::uint32_t v);
