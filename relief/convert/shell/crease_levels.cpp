@@ -16,7 +16,6 @@ constexpr double kLevel = 1e-6;
 /// deeper than deposits are high.
 constexpr double kKeptBelow = 0.5, kKeptAbove = 0.2;
 constexpr double kShorter = 0.85;  // of a fibre's length, from one try to the next
-constexpr double kLongest = 2;     // of a fibre's length, that is tried
 constexpr double kApart = 0.05;    // of a fibre, between the levels that are tried after the first
 constexpr int kMostVain = 4;       // levels in a row that leave no fewer fibres off
 constexpr int kPasses = 2;         // what failed may go once its neighbours have moved
@@ -24,7 +23,8 @@ constexpr int kPasses = 2;         // what failed may go once its neighbours hav
 /// Fibres that creases join, and how far out they are crossed, as a share of their length.
 class Levels {
  public:
-  Levels(ShellPatch& patch, const Creases& creases) : patch_(patch), sets_(patch.draft().out.size()) {
+  Levels(ShellPatch& patch, const Creases& creases, const Progress& progress)
+      : patch_(patch), progress_(progress), sets_(patch.draft().out.size()) {
     const LinkedDraft& draft = patch.draft();
     std::vector<std::uint8_t> is_on(draft.out.size(), 0);
     for (std::uint32_t v = 0; v < is_on.size(); ++v) is_on[v] = draft.out[v] != kNone && creases.hold(draft.at[v]);
@@ -44,9 +44,9 @@ class Levels {
 
   [[nodiscard]] std::size_t edges() const noexcept { return edges_; }
 
-  void settle(const Progress& progress) {
+  void settle() {
     for (auto begin = on_edge_.begin(); begin != on_edge_.end();) {
-      if (progress.cancelled()) return;
+      if (progress_.cancelled()) return;
       const auto end =
           std::find_if(begin, on_edge_.end(), [&](std::uint32_t v) { return sets_.least(v) != sets_.least(*begin); });
       level_out(std::span<const std::uint32_t>(begin, end));
@@ -85,38 +85,32 @@ class Levels {
     double level = 0;
     std::size_t left = 0;  // fibres that are not at it
   };
-  /// Tries a level, then that of a fibre that cannot go there, which others may mostly follow, then others around the
-  /// first, and brings the fibres to the one that leaves fewest off it.
+  /// Tries a level, then others around it, and brings the fibres to the one that leaves fewest off it.
   Found find_level(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, bool may_turn,
                    double about) {
     double latest = about;
-    Outcome outcome = bring_to(fibres, first, may_turn, about);
-    Found best = {about, outcome.left};
-    const double stuck = outcome.left > 0 ? level(outcome.last) : about;
+    Found best = {about, bring_to(fibres, first, may_turn, about)};
     for (int k = 0, vain = 0; vain < kMostVain && best.left > 0; ++k) {
       ++vain;
-      const double next = k == 0 ? stuck : about + (k % 2 == 0 ? -kApart : kApart) * ((k + 1) / 2);
+      const double next = about + (k % 2 == 0 ? kApart : -kApart) * (k / 2 + 1);
       if (next < kApart || next > 1 - kApart) continue;
       latest = next;
-      outcome = bring_to(fibres, first, may_turn, latest);
-      if (outcome.left >= best.left) continue;
-      best = {latest, outcome.left};
+      const std::size_t left = bring_to(fibres, first, may_turn, latest);
+      if (left >= best.left) continue;
+      best = {latest, left};
       vain = 0;
     }
-    if (latest != best.level) best.left = bring_to(fibres, first, may_turn, best.level).left;
+    if (latest != best.level) best.left = bring_to(fibres, first, may_turn, best.level);
     return best;
   }
 
-  struct Outcome {
-    std::size_t left = 0;    // fibres that could not be brought to a level
-    std::uint32_t last = 0;  // one of them
-  };
-  /// `first`: what each of them reached before any level was tried, of which it keeps its shares.
-  Outcome bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, bool may_turn,
-                   double wanted) {
-    Outcome outcome;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      outcome = {};
+  /// Returns how many could not be brought to a level. `first`: what each of them reached before any level was tried,
+  /// of which it keeps its shares.
+  std::size_t bring_to(std::span<const std::uint32_t> fibres, std::span<const ShellPatch::Reach> first, bool may_turn,
+                       double wanted) {
+    std::size_t left = 0;
+    for (int pass = 0; pass < kPasses && !progress_.cancelled(); ++pass) {
+      left = 0;
       std::size_t moved = 0;
       for (std::size_t k = 0; k < fibres.size(); ++k) {
         const std::uint32_t v = fibres[k];
@@ -124,13 +118,12 @@ class Levels {
         if (bring(v, first[k], wanted) || (may_turn && settle_around(v) && bring(v, first[k], wanted))) {
           ++moved;
         } else {
-          ++outcome.left;
-          outcome.last = v;
+          ++left;
         }
       }
-      if (outcome.left == 0 || moved == 0) break;
+      if (left == 0 || moved == 0) break;
     }
-    return outcome;
+    return left;
   }
 
   /// Notes where a fibre is, for undo().
@@ -178,6 +171,7 @@ class Levels {
   };
 
   ShellPatch& patch_;
+  const Progress& progress_;
   std::vector<Change> changes_;  // what undo() takes back
   DisjointSets sets_;
   std::vector<std::uint32_t> on_edge_;  // fibres, those of a set together
@@ -188,8 +182,8 @@ class Levels {
 
 std::size_t level_creases(ShellPatch& patch, const Creases& creases, const BoxTree& tree, const Progress& progress) {
   patch.place_on_source(tree);
-  Levels levels(patch, creases);
-  levels.settle(progress);
+  Levels levels(patch, creases, progress);
+  levels.settle();
   return levels.edges();
 }
 

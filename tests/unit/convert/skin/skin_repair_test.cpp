@@ -103,6 +103,20 @@ TEST(SkinRepair, MovesNothingFartherThanItMay) {
   EXPECT_NEAR(volume_of(draft), before, 4 * 1.6e7);
 }
 
+TEST(SkinRepair, OfTwoPointsInAPlaneTheGivenOneStays) {
+  for (const std::uint32_t given : {8U, 9U}) {
+    SkinDraft draft = draft_of(block());
+    cut_at(draft, 0, {2000, 3000, 1000}, {2000, 3000, 1000});
+    cut_at(draft, 0, {1995, 3000, 1000}, {1995, 3000, 1000});
+    ASSERT_LT(least_height(draft), kThin);
+    draft.made[given] = 0;
+    const LatticePoint place = draft.points[given];
+    EXPECT_GT(repair_skin(draft, kThin, kFarthest, {}).repaired, 0U);
+    EXPECT_EQ(draft.points.size(), 9U);
+    EXPECT_NE(std::ranges::find(draft.points, place), draft.points.end()) << given;
+  }
+}
+
 TEST(SkinRepair, TakesBackAPointThatRoundingPutThroughTheOtherSide) {
   SkinDraft draft = draft_of(box_at({1000, 1000, 1000}, {4000, 4000, 60}));
   cut_at(draft, 0, {2000, 3000, 1000}, {2000, 3000, 1070});
