@@ -20,6 +20,8 @@ namespace {
 
 constexpr double kFolded = 0.5;  // cosine: a piece whose normal is farther off its plane's is as bad as a crossing
 
+constexpr double kLess = 0.9;  // of what is folded or lacking: a step that leaves more of it is not worth making
+
 constexpr double kRounded = 2;  // lattice steps: the normal of a face less high is that of its rounding
 
 constexpr double kGivenShare = 0.1;  // of how far made points may move: given ones
@@ -42,9 +44,9 @@ struct Badness {
   double lacking = 0;  // of height, all thin ones together
   [[nodiscard]] bool is_better_than(const Badness& b) const noexcept {
     if (crossings != b.crossings) return crossings < b.crossings;
-    if (folded < 0.9 * b.folded || 0.9 * folded > b.folded) return folded < b.folded;
+    if (folded < kLess * b.folded || kLess * folded > b.folded) return folded < b.folded;
     if (thin != b.thin) return thin < b.thin;
-    return lacking < 0.9 * b.lacking;
+    return lacking < kLess * b.lacking;
   }
   [[nodiscard]] bool is_none() const noexcept { return crossings + thin == 0; }
 };

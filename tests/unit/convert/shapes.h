@@ -101,8 +101,8 @@ inline TriangleMesh sign() {
 /// The plate, and what stands out of it: L, E and H.
 inline constexpr double kSignVolume = 5.5 * 2 * 0.3 + 0.3 * (0.57 + 1.08 + 0.87);
 
-/// Turned so that `a` becomes the first axis; `b` says in which direction the second one lies.
-inline TriangleMesh turned(TriangleMesh mesh, Vec3d a, Vec3d b) {
+/// Rotated so that `a` becomes the first axis; `b` says in which direction the second one lies.
+inline TriangleMesh rotated(TriangleMesh mesh, Vec3d a, Vec3d b) {
   const Vec3d x = normalized(a), y = normalized(cross(x, b)), z = cross(x, y);
   for (Vec3d& p : mesh.positions) p = x * p.x + y * p.y + z * p.z;
   return mesh;

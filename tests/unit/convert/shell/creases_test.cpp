@@ -147,7 +147,7 @@ TEST(CreaseLevels, MovesKeepFibresOnCreases) {
 TEST(CreaseLevels, TwoBoxesThatOverlapAreExact) {
   TriangleMesh boxes = testing::box({2, 1, 1});
   testing::append(boxes, testing::box({2, 0.9, 0.5}), {1, 0.5, 0.3}, 1);
-  for (const TriangleMesh& mesh : {boxes, testing::turned(boxes, {0.8, 0.5, -0.3}, {0.1, 0.2, 1})}) {
+  for (const TriangleMesh& mesh : {boxes, testing::rotated(boxes, {0.8, 0.5, -0.3}, {0.1, 0.2, 1})}) {
     const auto made = convert(mesh, {});
     ASSERT_TRUE(made) << made.error().message;
     EXPECT_EQ(made->model.info.mode, Mode::Certified);

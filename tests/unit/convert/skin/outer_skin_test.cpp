@@ -206,7 +206,7 @@ TEST(OuterSkin, OfTurnedPartsWhoseFacesCoincide) {
     };
     const Vec3d a = direction(), b = direction();
     const ClosedSource given =
-        source_of(::relief::testing::scaled(::relief::testing::turned(::relief::testing::sign(), a, b), kScale,
+        source_of(::relief::testing::scaled(::relief::testing::rotated(::relief::testing::sign(), a, b), kScale,
                                             {0.5 * Lattice::kSpan, 0.5 * Lattice::kSpan, 0.5 * Lattice::kSpan}));
     const OuterSkin skin = skin_of(given);
     ASSERT_EQ(skin.fault, OuterSkin::Fault::None) << seed;
