@@ -1,3 +1,4 @@
+#include "support/bodies.h"
 #include "support/data.h"
 #include "support/shells.h"
 
@@ -14,6 +15,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -107,6 +109,53 @@ TEST(ExploringHand, StartsOutsidePressesInAndMovesSmoothly) {
   EXPECT_GE(presses, 15);
   EXPECT_GT(diagonal(seen), 0.5 * diagonal(box)) << "all sides";
   EXPECT_NEAR(deepest, 0.08 * diagonal(box), 0.03 * diagonal(box)) << "as deep as a hand of 1.5 N presses, and more";
+}
+
+/// Returns the snapshot of a polygon made a solid along z.
+SnapshotPtr solid_of(const std::vector<Vec3d>& polygon, double half_length) {
+  const auto made = convert(testing::extruded(polygon, half_length), {.slabs = 200, .intervals = 8});
+  EXPECT_TRUE(made) << made.error().message;
+  return made->model.head;
+}
+
+/// A wedge whose edge is sharp and whose back is thick: wherever the hand comes from, it presses where the wedge is
+/// thicker than it goes deep.
+TEST(ExploringHand, PressesWhereItDoesNotGoThrough) {
+  const SnapshotPtr wedge = solid_of({{-0.5, -0.002, 0}, {0.5, -0.1, 0}, {0.5, 0.1, 0}, {-0.5, 0.002, 0}}, 0.5);
+  const Box3d box = bounds_of_surface(*wedge);
+  const Workspace space = fit_workspace(DeviceInfo{}, box);
+  const HandScript script = exploring_hand(*wedge, space);
+  for (int visit = 0; visit < 13; ++visit) {
+    const Vec3d above = space.to_model(script(2 * visit + 0.2).position);
+    const Vec3d target = space.to_model(script(2 * visit + 1.2).position);
+    LocateHint hint;
+    double inside_for = 0;
+    constexpr int kSteps = 4000;
+    for (int k = 0; k <= kSteps; ++k) {
+      const bool in = inside(*wedge, above + (target - above) * (double(k) / kSteps), hint);
+      if (!in && inside_for > 0) break;
+      if (in) inside_for += length(target - above) / kSteps;
+    }
+    EXPECT_GE(inside_for, 0.025 * diagonal(box)) << "how deep a hand of 1.5 N goes, visit " << visit;
+  }
+}
+
+/// A bar that lies across the hand's axes, narrower than the hand strokes far: strokes go along it.
+TEST(ExploringHand, StrokesWhereTheSurfaceGoesOn) {
+  const double turn = 0.8;  // rad
+  const auto at = [&](double x, double y) {
+    return Vec3d{x * std::cos(turn) - y * std::sin(turn), x * std::sin(turn) + y * std::cos(turn), 0};
+  };
+  const SnapshotPtr bar = solid_of({at(-0.5, -0.05), at(0.5, -0.05), at(0.5, 0.05), at(-0.5, 0.05)}, 0.05);
+  const Box3d box = bounds_of_surface(*bar);
+  const Workspace space = fit_workspace(DeviceInfo{}, box);
+  const HandScript script = exploring_hand(*bar, space);
+  for (int visit = 0; visit < 13; ++visit) {
+    const Vec3d above = space.to_model(script(2 * visit + 0.2).position);
+    const Vec3d in = space.to_model(script(2 * visit + 1.2).position);
+    const Vec3d stroked = space.to_model(script(2 * visit + 0.8).position);
+    EXPECT_TRUE(raycast(*bar, {above + stroked - in, normalized(in - above)})) << visit;
+  }
 }
 
 /// A sample model, or a scan.

@@ -4,6 +4,8 @@
 #include <relief/haptics/servo_thread.h>
 
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -91,6 +94,59 @@ TEST(ServoThread, TouchesAndEndsWithZero) {
   }
   EXPECT_EQ(popped, times.ticks);
   EXPECT_EQ(times.dropped, 0U);
+}
+
+/// The schedule is absolute: whatever the machine does, ticks are due at whole milliseconds, and only those that have
+/// passed are skipped.
+TEST(ServoThread, ATickIsDueAtTheNextWholeMillisecond) {
+  SnapshotChannel channel(sphere());
+  PressingDevice device;
+  SpscQueue<ServoTick> telemetry(1 << 14);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  wait_for(device, 100);
+  servo.stop();
+  std::uint64_t expected = 0, ticks = 0;
+  for (ServoTick tick; telemetry.pop(tick); ++ticks) {
+    const std::uint64_t late = tick.sample.late_ns, due = tick.clock_ns - late;
+    if (ticks > 0) {
+      ASSERT_EQ(due, expected) << ticks;
+    }
+    expected = due + (1 + late / 1'000'000) * 1'000'000;
+  }
+  EXPECT_EQ(ticks, device.ticks());
+}
+
+/// Notes how the system runs the thread that reads it.
+class WatchingDevice final : public HapticDevice {
+ public:
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(DeviceState& state) noexcept override {
+    sched_param given{};
+    if (pthread_getschedparam(pthread_self(), &policy, &given) == 0) priority = given.sched_priority;
+    state.t = 1e-3 * ++ticks_;
+    return true;
+  }
+  [[nodiscard]] bool ended() const noexcept override { return ticks_ == 5; }
+  bool write(const Wrench& /*wrench*/) noexcept override { return true; }
+  int policy = -1, priority = -1;  ///< read once the thread has ended
+
+ private:
+  DeviceInfo info_;
+  int ticks_ = 0;
+};
+
+/// It has the priority that the note tells users to allow.
+TEST(ServoThread, HasThePriorityThatUsersAreToldToAllow) {
+  SnapshotChannel channel(sphere());
+  WatchingDevice device;
+  ServoThread servo(device, channel, kSettings, nullptr);
+  while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (servo.times().realtime) {
+    EXPECT_EQ(device.policy, SCHED_FIFO);
+    EXPECT_EQ(device.priority, 80);
+  } else {
+    EXPECT_NE(servo.times().note.find("rtprio 80"), std::string::npos) << servo.times().note;
+  }
 }
 
 /// A push device: its own thread presses into the ball, as fast as it can, and stands still for 60 ms once.
