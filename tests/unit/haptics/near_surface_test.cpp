@@ -96,6 +96,25 @@ double distance_to(const Snapshot& model, Vec3d p) {
   return std::sqrt(least2);
 }
 
+TEST(VisitNear, ACoarserNeighbourCostsAlongItsEdgeOnly) {
+  const auto plain = testing::plane_shell(1, 32);
+  const std::vector<Fibre> fibres = {plain->fibres().begin(), plain->fibres().end()};
+  std::array<std::size_t, 2> visited{};
+  for (const bool coarser : {false, true}) {
+    std::vector<SlabMesh::Face> faces;
+    for (const Slab& slab : plain->slabs()) faces.push_back({slab.fibres, coarser && faces.size() == 1 ? 16 : 32});
+    const auto mesh = std::make_shared<const SlabMesh>(*SlabMesh::make(fibres, faces));
+    const SnapshotPtr model = displaced(mesh, [](Vec3d) { return 0.5; });
+    MicroTriangles surface(*model);
+    double reach2 = 0.2 * 0.2;
+    // At the corner across from the edge that the two slabs share; flat squares count as two triangles.
+    detail::visit_near(surface, {0.02, 0.01, 0.98}, 1e-3, reach2,
+                       [&](const detail::NearTriangle&) { ++visited[coarser ? 1 : 0]; });
+  }
+  EXPECT_GT(visited[0], 3U);
+  EXPECT_EQ(visited[1], visited[0]);
+}
+
 TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);
