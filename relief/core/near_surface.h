@@ -174,7 +174,7 @@ class NearSlab {
     std::size_t depth = 0;
     const auto look = [&](const Number& at) noexcept {
       surface_.add_placed(1);
-      const Square square(*this, at.level, at.i, at.j, reaches_edge(at));
+      const Square square(*this, at.level, at.i, at.j, overhangs(at));
       const double least = square.least();
       if (least >= reach) return;
       // How near it is at most: the surface is over all of a whole square, and over the middle of any.
@@ -198,7 +198,7 @@ class NearSlab {
         reach = nearest.least;
       } else {
         const bool stitched = reaches_edge(nearest.at);
-        const Square square(*this, 0, nearest.at.i, nearest.at.j, stitched);
+        const Square square(*this, 0, nearest.at.i, nearest.at.j, overhangs(nearest.at));
         double reach2 = reach * reach;
         triangles(square, nearest.at.i * SampleBounds::kSide, nearest.at.j * SampleBounds::kSide, stitched || pierced_,
                   reach2, [&](const Corners& corners, const Places& places) noexcept {
@@ -387,6 +387,11 @@ class NearSlab {
     const int side = SampleBounds::side(at.level);
     return stretch_ > 0 && surface_.stitches_in({at.i * side, at.j * side}, side);
   }
+  /// Returns whether its triangles may have corners outside it: not where the coarser grid's samples lie no farther
+  /// apart than it is wide, for then each lies in the same square as those that it stands for.
+  [[nodiscard]] bool overhangs(const Number& at) const noexcept {
+    return 2 * stretch_ > SampleBounds::side(at.level) && reaches_edge(at);
+  }
   /// Between which planes the samples of a square's triangles lie.
   [[nodiscard]] SampleBounds::Between heights(const Number& at, bool stitched) const noexcept {
     return stitched ? bounds_.around(at.level, at.i, at.j, stretch_) : bounds_.between(at.level, at.i, at.j);
@@ -474,7 +479,7 @@ class NearSlab {
   };
 
   [[nodiscard]] Square square(const Number& at) const noexcept {
-    return Square(*this, at.level, at.i, at.j, reaches_edge(at));
+    return Square(*this, at.level, at.i, at.j, overhangs(at));
   }
   struct Children {
     std::array<Number, 4> squares;
@@ -550,7 +555,7 @@ class NearSlab {
       for (std::size_t k = 0; k < count; ++k) {
         const Number& at = four[k];
         const float half = 0.5F * static_cast<float>(SampleBounds::side(at.level));
-        const bool stitched = slab.reaches_edge(at);
+        const bool stitched = slab.overhangs(at);
         ci.of[k] = static_cast<float>(2 * at.i + 1) * half;
         cj.of[k] = static_cast<float>(2 * at.j + 1) * half;
         halves.of[k] = stitched ? half + stretch : half;
