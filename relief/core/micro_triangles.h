@@ -111,6 +111,12 @@ class MicroTriangles {
   void add_placed(int samples) const noexcept { placed_ += samples; }
   /// By how many cells stitching may draw a triangle out of its cell.
   [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
+  /// Returns whether it may draw triangles into a square of the grid, or out of it: so it is along the edges that the
+  /// slab across has fewer samples of.
+  [[nodiscard]] bool stitches_in(GridPoint low, int side) const noexcept {
+    return (edges_[1] != n_ && low.i == 0) || (edges_[2] != n_ && low.j == 0) ||
+           (edges_[0] != n_ && low.i + low.j + 2 * side >= n_);
+  }
   /// Stitches a cell; false where no triangle remains of it or it is a hole.
   [[nodiscard]] bool stitch(std::array<GridPoint, 3>& cell) const noexcept {
     for (GridPoint& p : cell) p = stitched(p);

@@ -37,13 +37,19 @@ class Nearest {
       if (detail::solve({surface_.corners(), point_}, {}, at)) lower_reach_to(first, at.u, at.v);
       search(first);
     }
-    surface_.mesh().visit_nearest([&](const Box3d& box) noexcept { return box.distance2(point_); }, reach2_,
-                                  [&](SlabId slab) noexcept {
-                                    if (known && slab == first) return false;
-                                    const Box3d box = detail::surface_box(surface_.model(), slab);
-                                    if (box.distance2(point_) <= reach2_) search(slab);
-                                    return false;
-                                  });
+    const auto look_in = [&](SlabId slab) noexcept {
+      if (known && slab == first) return false;
+      const Box3d box = detail::surface_box(surface_.model(), slab);
+      if (box.distance2(point_) <= reach2_) search(slab);
+      return false;
+    };
+    const SlabMesh& mesh = surface_.mesh();
+    const auto far2 = [&](const Box3d& box) noexcept { return box.distance2(point_); };
+    // Where no more than the slabs around may be near, it costs more to put them in order than to look at them.
+    if (known && reach2_ <= width2(first))
+      mesh.visit_tree([&](const Box3d& box) noexcept { return far2(box) <= reach2_; }, look_in);
+    else
+      mesh.visit_nearest(far2, reach2_, look_in);
   }
   /// Its slab is kNoSlab where there is none.
   [[nodiscard]] const SurfacePlace& found() const noexcept { return found_; }
@@ -60,6 +66,12 @@ class Nearest {
     if (!place) return;
     const auto& [a, b, c] = place->triangle.positions;
     lower_reach(distance2(place->triangle.point(nearest_in_triangle(point_, a, b, c))));
+  }
+  /// The square of about a slab's width.
+  [[nodiscard]] double width2(SlabId slab) const noexcept {
+    const SlabCorners corners = surface_.mesh().corners(slab);
+    const Vec3d edge = corners.inner[1] - corners.inner[0];
+    return dot(edge, edge);
   }
   void search(SlabId slab) noexcept {
     surface_.enter(slab);

@@ -174,7 +174,7 @@ class NearSlab {
     std::size_t depth = 0;
     const auto look = [&](const Number& at) noexcept {
       surface_.add_placed(1);
-      const Square square(*this, at.level, at.i, at.j, reaches_edge(at));
+      const Square square(*this, at.level, at.i, at.j, overhangs(at));
       const double least = square.least();
       if (least >= reach) return;
       // How near it is at most: the surface is over all of a whole square, and over the middle of any.
@@ -198,7 +198,7 @@ class NearSlab {
         reach = nearest.least;
       } else {
         const bool stitched = reaches_edge(nearest.at);
-        const Square square(*this, 0, nearest.at.i, nearest.at.j, stitched);
+        const Square square(*this, 0, nearest.at.i, nearest.at.j, overhangs(nearest.at));
         double reach2 = reach * reach;
         triangles(square, nearest.at.i * SampleBounds::kSide, nearest.at.j * SampleBounds::kSide, stitched || pierced_,
                   reach2, [&](const Corners& corners, const Places& places) noexcept {
@@ -384,7 +384,13 @@ class NearSlab {
   };
   /// Returns whether stitching may draw triangles into the square or out of it.
   [[nodiscard]] bool reaches_edge(const Number& at) const noexcept {
-    return stretch_ > 0 && (at.i == 0 || at.j == 0 || (at.i + at.j + 2) * SampleBounds::side(at.level) >= n_);
+    const int side = SampleBounds::side(at.level);
+    return stretch_ > 0 && surface_.stitches_in({at.i * side, at.j * side}, side);
+  }
+  /// Returns whether its triangles may have corners outside it: not where the coarser grid's samples lie no farther
+  /// apart than it is wide, for then each lies in the same square as those that it stands for.
+  [[nodiscard]] bool overhangs(const Number& at) const noexcept {
+    return 2 * stretch_ > SampleBounds::side(at.level) && reaches_edge(at);
   }
   /// Between which planes the samples of a square's triangles lie.
   [[nodiscard]] SampleBounds::Between heights(const Number& at, bool stitched) const noexcept {
@@ -473,7 +479,7 @@ class NearSlab {
   };
 
   [[nodiscard]] Square square(const Number& at) const noexcept {
-    return Square(*this, at.level, at.i, at.j, reaches_edge(at));
+    return Square(*this, at.level, at.i, at.j, overhangs(at));
   }
   struct Children {
     std::array<Number, 4> squares;
@@ -549,7 +555,7 @@ class NearSlab {
       for (std::size_t k = 0; k < count; ++k) {
         const Number& at = four[k];
         const float half = 0.5F * static_cast<float>(SampleBounds::side(at.level));
-        const bool stitched = slab.reaches_edge(at);
+        const bool stitched = slab.overhangs(at);
         ci.of[k] = static_cast<float>(2 * at.i + 1) * half;
         cj.of[k] = static_cast<float>(2 * at.j + 1) * half;
         halves.of[k] = stitched ? half + stretch : half;
@@ -579,18 +585,28 @@ class NearSlab {
     take(Corners{right, high, left}, Places{at_right, centre + u + v, at_left});
   }
 
+  /// The triangles of a smallest square; `changed`: some may be stitched or left out.
   template <typename Take>
   void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
+    if (changed)
+      triangles<true>(square, i0, j0, reach2, take);
+    else
+      triangles<false>(square, i0, j0, reach2, take);
+  }
+  template <bool kChanged, typename Take>
+  void triangles(const Square& square, int i0, int j0, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
     // Number by number: as vectors they are stored and loaded in pieces of different size, which stalls.
     constexpr std::size_t kPlaces = std::size_t{kRow} * kRow;
     std::array<double, kPlaces> x, y, z, distance2;
+    std::array<GridPoint, kChanged ? kPlaces : 0> stitched;  // the samples that stand for those
     const int rows = std::min(kSide, n_ - j0);
     const auto columns = [&](int j) noexcept { return std::min(kSide, n_ - i0 - j0 - j); };
     for (int j = 0; j <= rows; ++j)
       for (int i = 0; i <= columns(j); ++i) {
-        const GridPoint p = {i0 + i, j0 + j};
+        GridPoint p = {i0 + i, j0 + j};
         const auto k = static_cast<std::size_t>(j * kRow + i);
+        if constexpr (kChanged) stitched[k] = p = surface_.stitched(p);
         const Vec3d there = at(p.i, p.j, surface_.displacement(p));
         x[k] = there.x, y[k] = there.y, z[k] = there.z;
         distance2[k] = dot(there, there);
@@ -602,17 +618,16 @@ class NearSlab {
     const auto one = [&](int i, int j, int turn) noexcept {
       const auto a = static_cast<std::size_t>(j * kRow + i + turn), c = static_cast<std::size_t>(j * kRow + i + kRow);
       const auto b = static_cast<std::size_t>(j * kRow + i + 1 + turn * kRow);
-      if (!changed && std::min({distance2[a], distance2[b], distance2[c]}) - third >= reach2) return;
+      const bool far = std::min({distance2[a], distance2[b], distance2[c]}) - third >= reach2;
+      if (!kChanged && far) return;
       const GridPoint g = {i0 + i, j0 + j};
       Corners corners = {{{g.i + turn, g.j}, {g.i + 1, g.j + turn}, {g.i, g.j + 1}}};
-      if (!changed) {
-        take(corners, Places{{{x[a], y[a], z[a]}, {x[b], y[b], z[b]}, {x[c], y[c], z[c]}}});
-        return;
+      if constexpr (kChanged) {
+        const Corners drawn = {stitched[a], stitched[b], stitched[c]};
+        if ((far && drawn == corners) || !surface_.has_triangle(drawn)) return;
+        corners = drawn;
       }
-      if (!surface_.stitch(corners)) return;
-      Places p;
-      for (std::size_t k = 0; k < 3; ++k) p[k] = at(corners[k].i, corners[k].j, surface_.displacement(corners[k]));
-      take(corners, p);
+      take(corners, Places{{{x[a], y[a], z[a]}, {x[b], y[b], z[b]}, {x[c], y[c], z[c]}}});
     };
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < columns(j); ++i) {
@@ -635,13 +650,13 @@ class NearSlab {
 /// Returns what of a slab's box its micro-triangles are in: far less than all of it where the fibres are longer than
 /// the slab is wide. Some thirty nanoseconds, a third of what it takes to enter the slab and look at its first square.
 [[nodiscard]] inline Box3d surface_box(const Snapshot& model, SlabId slab) noexcept {
-  const SlabCorners corners = model.slab_mesh().corners(slab);
+  const SlabMesh& mesh = model.slab_mesh();
   const auto [low, high] = model.tile(Layer::Displacement, slab).bounds().range();
   Box3d box;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3d fibre = corners.fibre(k);
-    box.add(corners.inner[k] + fibre * low);
-    box.add(corners.inner[k] + fibre * high);
+  for (const FibreId f : mesh.slabs()[slab].fibres) {
+    const Fibre& fibre = mesh.fibres()[f];
+    box.add(fibre.inner + fibre.direction() * low);
+    box.add(fibre.inner + fibre.direction() * high);
   }
   return box;
 }

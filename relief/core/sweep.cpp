@@ -364,7 +364,7 @@ void Sweep::all_cells_of(double from, double to) noexcept {
 
 template <typename Look>
 void Sweep::squares(int mirrored, Look&& look) noexcept {
-  const int n = surface_.intervals(), stretch = surface_.stretch();
+  const int stretch = surface_.stretch();
   const SampleBounds& bounds = surface_.model().tile(Layer::Displacement, slab_).bounds();
   struct Square {
     int level, i, j;
@@ -377,7 +377,7 @@ void Sweep::squares(int mirrored, Look&& look) noexcept {
     const int side = SampleBounds::side(level);
     const GridPoint low = {i * side, j * side};
     // Stitching draws corners along the slab's edges, to samples outside the square.
-    const bool stitched = stretch > 0 && (i == 0 || j == 0 || low.i + low.j + 2 * side >= n);
+    const bool stitched = surface_.stitches_in(low, side);
     const SampleBounds::Between heights = stitched ? bounds.around(level, i, j, stretch) : bounds.between(level, i, j);
     if (!look(level, low, side, heights, stitched ? double(stretch) : 0.0) || level == 0) continue;
     const int along = bounds.squares(level - 1);

@@ -38,10 +38,19 @@ class Driver {
     state.has_orientation = true;
     return servo_.step(model, state);
   }
+  /// In the newest model, but as the servo's thread does: while a tool looks around, the model is the one that it looks
+  /// around in.
+  ServoSample at(const SnapshotPtr& newest, Vec3d cursor) {
+    if (!model_ || !servo_.is_looking()) model_ = newest;
+    return at(*model_, cursor);
+  }
+  /// The model of that tick.
+  [[nodiscard]] const SnapshotPtr& seen() const { return model_; }
   Servo& servo() { return servo_; }
 
  private:
   Servo servo_;
+  SnapshotPtr model_;
   double t_ = 0;
 };
 

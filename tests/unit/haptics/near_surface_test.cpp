@@ -1,6 +1,8 @@
 // The search for what is near a point, by the bounds of the tiles.
+#include "support/cuts.h"
 #include "support/shells.h"
 
+#include <relief/core/sweep.h>
 #include <relief/haptics/contact/neighbourhood.h>
 
 #include <gtest/gtest.h>
@@ -94,6 +96,122 @@ double distance_to(const Snapshot& model, Vec3d p) {
     least2 = std::min(least2, dot(nearest - p, nearest - p));
   });
   return std::sqrt(least2);
+}
+
+/// The samples around a place moved along their fibres, as a dab does it.
+SnapshotPtr dabbed(const SnapshotPtr& model, Vec3d at, double radius, double by) {
+  SnapshotDraft draft(model);
+  const SlabMesh& mesh = model->slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const int n = mesh.intervals(s);
+    bool touched = false;
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const double off = length(sample_position(*model, s, {i, j}) - at) / radius;
+        if (off >= 1) continue;
+        float& alpha = draft.edit(Layer::Displacement, s).plane()[sample_index(n, {i, j})];
+        alpha = static_cast<float>(std::clamp(double{alpha} + by * (1 - off * off), 0.0, 1.0));
+        touched = true;
+      }
+    if (touched) constrain(mesh, Layer::Displacement, s, draft.edit(Layer::Displacement, s));
+  }
+  return draft.finish();
+}
+
+/// Where the straight way from one place to another first goes in, as a share of the way; 2 where it does not.
+double first_entry_of_all(const Snapshot& model, Vec3d from, Vec3d to) {
+  const SlabMesh& mesh = model.slab_mesh();
+  const Vec3d way = to - from;
+  double first = 2;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& c) {
+      const Vec3d a = sample_position(model, s, c[0]), ab = sample_position(model, s, c[1]) - a,
+                  ac = sample_position(model, s, c[2]) - a, area = cross(ab, ac);
+      const double speed = dot(area, way);
+      if (!(speed < 0)) return;
+      const double t = dot(area, a - from) / speed;
+      const Vec3d at = from + way * t - a;
+      const double area2 = dot(area, area), v = dot(area, cross(ab, at)) / area2, u = dot(area, cross(at, ac)) / area2;
+      if (t >= 0 && t <= 1 && u >= 0 && v >= 0 && u + v <= 1) first = std::min(first, t);
+    });
+  return first;
+}
+
+// Slabs that were cut, some of them with finer grids, so that samples at edges give way to those of a coarser slab
+// across; edited on either side of such edges.
+TEST(VisitNear, AndTheOthersFindWhatASlowSearchFindsAfterEditsBesideCoarserSlabs) {
+  SnapshotPtr model = testing::cut_at_random(displaced(torus_shell(4, 3, 16), rough), 8, 2);
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto aside = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); s += 3)
+    if (const auto finer = with_detail(model, {.cuts = {}, .grids = {{Layer::Displacement, s, 32}}})) model = *finer;
+  std::vector<std::pair<SlabId, int>> edges;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
+    for (int k = 0; k < 3; ++k)
+      if (model->slab_mesh().edge_intervals(s)[static_cast<std::size_t>(k)] < model->slab_mesh().intervals(s))
+        edges.emplace_back(s, k);
+  ASSERT_GT(edges.size(), 20U);
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  PickHint hint;
+  std::size_t found_in_all = 0, crossed = 0;
+  for (int edit = 0; edit < 24; ++edit) {
+    const auto [s, k] = edges[random() % edges.size()];
+    const int n = model->slab_mesh().intervals(s);
+    const GridPoint beside = edge_point(n, k, static_cast<int>(random() % static_cast<unsigned>(n + 1)));
+    const Vec3d place = sample_position(*model, s, beside);
+    model = dabbed(model, place + aside() * 0.1, 0.2, 0.3 * unit(random));
+    MicroTriangles surface(*model);
+    list.forget();
+    patches->forget();
+    const double least = 0.05 + 0.1 * std::abs(unit(random));
+    ASSERT_TRUE(list.gather(surface, place, least, 2 * least, 0, detail::kAnyWork));
+    for (int look = 0; look < 4; ++look) {
+      const Vec3d p = place + aside() * (0.3 * least);
+      const double truth = distance_to(*model, p), reach = std::min(0.9 * list.reach_at(p), truth + 0.5 * least);
+      const std::set<Key> all = all_near(*model, p, reach);
+      std::set<Key> found, listed;
+      double reach2 = reach * reach;
+      detail::visit_near(surface, p, 0, reach2,
+                         [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
+      EXPECT_EQ(found, all);
+      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                      [&](const detail::NearTriangle& t) { listed.insert(key(t.slab, t.corners)); });
+      EXPECT_EQ(listed, all);
+      EXPECT_NEAR(length(closest_point(*model, p).position - p), truth, 1e-12);
+      EXPECT_NEAR(length(closest_point(*model, p, hint).position - p), truth, 1e-12);
+      SlabId nearest = s;
+      EXPECT_LE(detail::clear_around(surface, p, 0, 1, nearest), truth * (1 + 1e-9));
+      const Vec3d to = p + aside() * 0.3;
+      const double entry = first_entry_of_all(*model, p, to);
+      const auto hit = first_entry(*model, p, to);
+      EXPECT_NEAR(hit ? hit->distance : 2, entry, 1e-9);
+      found_in_all += all.size();
+      crossed += hit ? 1 : 0;
+    }
+  }
+  EXPECT_GT(found_in_all, 1000U);
+  EXPECT_GT(crossed, 10U);
+}
+
+TEST(VisitNear, ACoarserNeighbourCostsAlongItsEdgeOnly) {
+  const auto plain = testing::plane_shell(1, 32);
+  const std::vector<Fibre> fibres = {plain->fibres().begin(), plain->fibres().end()};
+  std::array<std::size_t, 2> visited{};
+  for (const bool coarser : {false, true}) {
+    std::vector<SlabMesh::Face> faces;
+    for (const Slab& slab : plain->slabs()) faces.push_back({slab.fibres, coarser && faces.size() == 1 ? 16 : 32});
+    const auto mesh = std::make_shared<const SlabMesh>(*SlabMesh::make(fibres, faces));
+    const SnapshotPtr model = displaced(mesh, [](Vec3d) { return 0.5; });
+    MicroTriangles surface(*model);
+    double reach2 = 0.2 * 0.2;
+    // At the corner across from the edge that the two slabs share; flat squares count as two triangles.
+    detail::visit_near(surface, {0.02, 0.01, 0.98}, 1e-3, reach2,
+                       [&](const detail::NearTriangle&) { ++visited[coarser ? 1 : 0]; });
+  }
+  EXPECT_GT(visited[0], 3U);
+  EXPECT_EQ(visited[1], visited[0]);
 }
 
 TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
