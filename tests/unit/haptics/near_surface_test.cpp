@@ -137,15 +137,12 @@ double first_entry_of_all(const Snapshot& model, Vec3d from, Vec3d to) {
   return first;
 }
 
-// Slabs that were cut, some of them with finer grids, so that samples at edges give way to those of a coarser slab
-// across; edited on either side of such edges.
-TEST(VisitNear, AndTheOthersFindWhatASlowSearchFindsAfterEditsBesideCoarserSlabs) {
-  SnapshotPtr model = testing::cut_at_random(displaced(torus_shell(4, 3, 16), rough), 8, 2);
+/// Compares all searches with slow ones, after edits on either side of edges at which samples give way to those of a
+/// coarser slab across.
+void compare_after_edits(SnapshotPtr model, int edits) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto aside = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
-  for (SlabId s = 0; s < model->slab_mesh().slab_count(); s += 3)
-    if (const auto finer = with_detail(model, {.cuts = {}, .grids = {{Layer::Displacement, s, 32}}})) model = *finer;
   std::vector<std::pair<SlabId, int>> edges;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
     for (int k = 0; k < 3; ++k)
@@ -156,7 +153,7 @@ TEST(VisitNear, AndTheOthersFindWhatASlowSearchFindsAfterEditsBesideCoarserSlabs
   const auto patches = std::make_unique<detail::Patches>();
   PickHint hint;
   std::size_t found_in_all = 0, crossed = 0;
-  for (int edit = 0; edit < 24; ++edit) {
+  for (int edit = 0; edit < edits; ++edit) {
     const auto [s, k] = edges[random() % edges.size()];
     const int n = model->slab_mesh().intervals(s);
     const GridPoint beside = edge_point(n, k, static_cast<int>(random() % static_cast<unsigned>(n + 1)));
@@ -193,6 +190,33 @@ TEST(VisitNear, AndTheOthersFindWhatASlowSearchFindsAfterEditsBesideCoarserSlabs
   }
   EXPECT_GT(found_in_all, 1000U);
   EXPECT_GT(crossed, 10U);
+}
+
+TEST(VisitNear, AndTheOthersFindWhatASlowSearchFindsAfterEditsBesideCoarserSlabs) {
+  SnapshotPtr cut = testing::cut_at_random(displaced(torus_shell(4, 3, 16), rough), 8, 2);
+  for (SlabId s = 0; s < cut->slab_mesh().slab_count(); s += 3)
+    if (const auto finer = with_detail(cut, {.cuts = {}, .grids = {{Layer::Displacement, s, 32}}})) cut = *finer;
+  compare_after_edits(cut, 24);
+}
+
+// Beside a slab of a sixteenth of the intervals, triangles have corners that lie in other squares than the samples that
+// gave way to them: here one of them rises alone from a plane.
+TEST(VisitNear, FindsTrianglesThatRiseToACornerOutsideTheirSquare) {
+  const auto plain = testing::plane_shell(1, 128);
+  const std::vector<Fibre> fibres = {plain->fibres().begin(), plain->fibres().end()};
+  const std::vector<SlabMesh::Face> faces = {{plain->slabs()[0].fibres, 128}, {plain->slabs()[1].fibres, 8}};
+  const auto mesh = std::make_shared<const SlabMesh>(*SlabMesh::make(fibres, faces));
+  const Vec3d foot = {0.5, 0, 0.5};  // on the edge that both share
+  const SnapshotPtr model = displaced(mesh, [&](Vec3d p) { return length(p - foot) < 1e-9 ? 0.8 : 0.3; });
+  MicroTriangles surface(*model);
+  const Vec3d above = foot + Vec3d{0, 0.065, 0};  // the tip lies 0.06 above the middle of the slabs
+  const double reach = 0.01;
+  std::set<Key> found;
+  double reach2 = reach * reach;
+  detail::visit_near(surface, above, 0, reach2,
+                     [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
+  EXPECT_EQ(found, all_near(*model, above, reach));
+  EXPECT_GT(found.size(), 10U);
 }
 
 TEST(VisitNear, ACoarserNeighbourCostsAlongItsEdgeOnly) {
