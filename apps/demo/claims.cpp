@@ -16,6 +16,8 @@ constexpr double kFar = 1;
 constexpr double kTick = 500;
 /// Percent of all ticks: one in a thousand, which the hand does not feel.
 constexpr double kMissed = 0.1;
+/// ms at the device's largest force, a tenth of a second: a hand that is held back pulls until no more force comes.
+constexpr double kStuck = 100;
 /// Percent of the painted places that may be covered by what was painted later.
 constexpr double kUnseen = 10;
 
@@ -94,6 +96,16 @@ Claim force(const Facts& f) {
           .why = "a force was commanded that the device cannot give"};
 }
 
+Claim stuck(const Facts& f) {
+  return {.id = "stuck",
+          .text = "The hand is never stuck",
+          .value = 1e3 * f.stuck_for,
+          .limit = kStuck,
+          .unit = "ms",
+          .measured = fmt::format("at the device's largest force for at most {:.0f} ms", 1e3 * f.stuck_for),
+          .why = "the tool was held back, or the hand pushed harder than the device can"};
+}
+
 /// A claim that two content hashes are equal.
 Claim equal(std::string id, std::string text, bool holds, std::string_view what) {
   return {.id = std::move(id),
@@ -132,7 +144,7 @@ Claim paint(const Facts& f) {
 
 /// All of them; `verdict` says what each is where its limit is passed.
 std::vector<Claim> all_claims(const Facts& f) {
-  std::vector<Claim> claims = {certified(f), distance(f), touch(f), missed(f), force(f)};
+  std::vector<Claim> claims = {certified(f), distance(f), touch(f), missed(f), force(f), stuck(f)};
   claims.push_back(equal("undo", fmt::format("Undo takes all {} strokes back, and redo brings them again", f.strokes),
                          f.undo_equal && f.redo_equal, "content hashes before and after are"));
   claims.push_back(

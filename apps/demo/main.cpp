@@ -365,6 +365,7 @@ class Demo {
     facts_.null_ticks = report_.null_loop.ticks;
     facts_.null_missed = report_.null_loop.overruns;
     facts_.force_max = report_.force_max;
+    facts_.stuck_for = report_.stuck_for;
     facts_.strokes = report_.edits.strokes;
     facts_.dropped = stats.servo.dropped > 0;
     steps_.end(fmt::format("{:.0f} s at 1 kHz, {} of {} ticks in contact, up to {:.2f} N; {} strokes; {} frames drawn",

@@ -2068,7 +2068,7 @@ class Demo(Case):
     def assert_one_verdict(self, run, out):
         """Standard output, the page and the JSON say the same, and it follows from the figures."""
         page, verdict = (out / "report.html").read_text(), json.loads((out / "report.json").read_text())
-        self.assertEqual(len(verdict["claims"]), 9)
+        self.assertEqual(len(verdict["claims"]), 10)
         for claim in verdict["claims"]:
             with self.subTest(claim=claim["id"]):
                 self.assertEqual(claim["verdict"] == "pass", claim["value"] <= claim["limit"])

@@ -44,7 +44,7 @@ struct Case {
 TEST(Claims, AGoodRunPasses) {
   const std::vector<Claim> claims = judge(good());
   EXPECT_EQ(worst(claims), Verdict::Pass);
-  EXPECT_EQ(summary(claims), "PASS: all 9 claims hold.");
+  EXPECT_EQ(summary(claims), "PASS: all 10 claims hold.");
   for (const Claim& c : claims) EXPECT_TRUE(c.why.empty()) << c.id;
 }
 
@@ -59,6 +59,7 @@ TEST(Claims, EachFailsAlone) {
       {"missed", [](Facts& f) { f.missed = 11; }, Verdict::Warn},
       {"missed", [](Facts& f) { f.missed = f.slow_ticks = 11; }, Verdict::Fail},
       {"force", [](Facts& f) { f.force_max = 8.1; }, Verdict::Fail},
+      {"stuck", [](Facts& f) { f.stuck_for = 0.11; }, Verdict::Fail},
       {"undo", [](Facts& f) { f.undo_equal = false; }, Verdict::Fail},
       {"undo", [](Facts& f) { f.redo_equal = false; }, Verdict::Fail},
       {"saved", [](Facts& f) { f.reload_equal = false; }, Verdict::Fail},
@@ -92,7 +93,7 @@ TEST(Claims, AnotherLimitJudgesAnew) {
   Limits limits;
   ASSERT_TRUE(add_limit(limits, "touch=10"));
   EXPECT_EQ(claim(judge(good(), limits), "touch").verdict, Verdict::Fail);
-  EXPECT_EQ(summary(judge(good(), limits)), "FAIL: 8 of 9 claims hold; see FAIL below.");
+  EXPECT_EQ(summary(judge(good(), limits)), "FAIL: 9 of 10 claims hold; see FAIL below.");
   ASSERT_TRUE(add_limit(limits, "touch=20"));
   EXPECT_EQ(worst(judge(good(), limits)), Verdict::Pass);
   // A scan of the user's is excused where the limit is the demo's, not where it is the user's.
