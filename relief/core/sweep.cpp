@@ -15,12 +15,14 @@ using detail::solve;
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 constexpr double kPad = 1e-4;     // of a cell, and of the fibre: what rounding may do to coordinates
 constexpr double kBehind = 1e-9;  // of the slab: how far before its start a way may already cross, for rounding
-constexpr int kCoarse = 4;        // intervals up to which all cells are looked at
+constexpr int kCoarse = 4;        // intervals up to which all cells are looked at: there are 16 at most
 constexpr int kFarStitched = 2;   // cells by which stitching may draw a triangle, above which all are
-constexpr int kHalvings = 6;
-constexpr double kUncertain = 20;  // times how far the way may be from its line: a square that is small
-constexpr double kMargin = 0.05;   // of the slab: how far outside its coordinates are asked for
-constexpr int kParts = 8;          // of a way through a slab whose coordinates do not tell where it runs
+constexpr int kHalvings = 6;      // of a way through a slab: 64 parts, of two cells of the finest grid each
+// Times how far the way may be from its line: a square that is small, as smaller ones rule out little more.
+constexpr double kUncertain = 20;
+constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
+// Of a way through a slab whose coordinates do not tell where it runs: most cells lie beside each part.
+constexpr int kParts = 8;
 constexpr double kSure = 4.5e-16;  // of the sum of two products: more than their difference can be off by rounding
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }

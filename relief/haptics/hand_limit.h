@@ -14,7 +14,7 @@ namespace relief {
 class HandLimit {
  public:
   static constexpr double kMost = 0.02;  ///< of the diagonal, where the hand moves
-  static constexpr double kLed = 0.005;  ///< and where a program has put the tool elsewhere, which has time
+  static constexpr double kLed = 0.005;  ///< and where a program has put the tool elsewhere: it is led, not hurried
 
   /// Forgets the hand; the next reading is taken as it is.
   void reset() noexcept { known_ = false; }

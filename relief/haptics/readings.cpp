@@ -17,16 +17,16 @@ constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost i
 constexpr double kJitter = 2e-3 + 1e-9;  // s, by which a device's clock may run back and still tell nothing new
 constexpr double kSilence = 20e-3;  // s without news for which a force may be held: a hand goes 2 mm, slow as it is
 constexpr double kMaxSpeed = ForceGuard::kFastest;
-constexpr double kFrozenSpeed = 0.05;     // m/s
+constexpr double kFrozenSpeed = 0.05;     // m/s: a hand goes a millimetre in that time, many steps of any encoder
 constexpr double kFrozenTime = 20e-3;     // s
 constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
-constexpr double kVelocityFilter = 3e-3;  // s, time constant
+constexpr double kVelocityFilter = 3e-3;  // s, time constant: a step of 0.1 mm in one tick is no 0.1 m/s
 constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
-constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move the estimate
-constexpr double kRare = 1e-3;            // share of ticks that may be later than it
-constexpr double kSoften = 5e-3;          // of the device's stiffness, per tick, while the limit moves with the ticks
-constexpr double kStill = 2;              // s without a step of the encoders; hands tremble by more
-constexpr double kTurned = 0.1;           // rad of the pen in that time, which no wrist does without moving the arm
+constexpr double kSlowStep = 2e-4;  // s, by which one late tick may move the estimate: five of them make a millisecond
+constexpr double kRare = 1e-3;      // share of ticks that may be later than it: the estimate is the 99.9 % quantile
+constexpr double kSoften = 5e-3;  // of the device's stiffness, per tick: it takes 0.2 s for all of it, which is no step
+constexpr double kStill = 2;      // s without a step of the encoders; hands tremble by more
+constexpr double kTurned = 0.1;   // rad of the pen in that time, which no wrist does without moving the arm
 constexpr std::uint32_t kButtons = 0xff;  // of the word of buttons; above it stands a number
 
 bool denormal(Vec3d v) noexcept {

@@ -6,7 +6,7 @@ namespace relief {
 
 namespace {
 constexpr double kSlack = 1e-4;  // m: times the force, what may be given ahead of what comes back
-constexpr double kLight = 0.3;   // N: a force below it is taken for this one
+constexpr double kLight = 0.3;   // N: a force below it is taken for this one, as light touches would have no slack
 constexpr double kFree = 3e-4;   // of force times way: what may be given for good, less than any device's friction
 }  // namespace
 

@@ -8,12 +8,12 @@ namespace relief {
 
 namespace {
 constexpr double kFelt = 0.9, kFaded = 1;  // turns per tick up to which all is felt, and from which nothing is
-constexpr double kCount = 1.0 / 32;        // share of the last tick in the mean of turns
-constexpr double kTrend = 8;               // ticks over which the means of slopes and normals go
-constexpr double kClear = 0.5;             // of the root mean square that a slope must be off the mean to be on a side
-constexpr int kMostPieces = 32;            // of one tick's way
-constexpr int kMostTurns = 2;              // that count in one tick
-constexpr double kWave = 0.25;             // share of the last turn in the mean of their heights
+constexpr double kCount = 1.0 / 32;        // share of the last tick in the mean of turns: faded after 120 ms (S11)
+constexpr double kTrend = 8;     // ticks over which the means of slopes and normals go: four waves of two ticks
+constexpr double kClear = 0.5;   // of the root mean square that a slope must be off the mean to be on a side
+constexpr int kMostPieces = 32;  // of one tick's way, which bounds its cost: 16 cells
+constexpr int kMostTurns = 2;    // that count in one tick: one wave, which is too fine by half already
+constexpr double kWave = 0.25;   // share of the last turn in the mean of their heights: over two waves
 
 double displacement_in_root(const Snapshot& model, SlabId root, double u, double v) noexcept {
   std::array<double, 3> w = {1 - u - v, u, v};

@@ -36,7 +36,7 @@ class TextureFade {
   /// Returns how far the last height is above the straight line through those of the last ticks.
   [[nodiscard]] double above_line() const noexcept;
 
-  static constexpr std::size_t kTicks = 20;
+  static constexpr std::size_t kTicks = 20;  ///< of the line: ten of the longest waves that fade
   /// Places of one root, u and v being those there: so cuts make no difference.
   struct InRoot {
     std::uint64_t roots = 0;  ///< their number

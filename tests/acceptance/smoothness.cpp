@@ -451,7 +451,7 @@ void sculpting(Report& report) {
         const std::string what = std::string(name(tool)) + " at " + std::to_string(rate) + " Hz" + held.name;
         report.shown(what + ": edits", double(edits));
         report.at_most(what + ": force step", step, kMostStep, "N");
-        report.shown("    with what the hand's own motion does", with_hand, "N");
+        report.at_most("    with what the hand's own motion does", with_hand, 0.4, "N");
         report.at_most(what + ": contact point off the surface, of the diagonal", off_surface, 1e-9);
         report.at_most(what + ": ticks with the contact point in the material", double(inside), 0);
       }

@@ -357,11 +357,9 @@ class BallJudge {
     most_overlap_ = std::max(most_overlap_, overlap);
     if (overlap > kFlat) return Fault::Overlaps;
     const double went = length(centre - last_->centre), moved = length(cursor - last_->cursor);
-    // It only ever comes nearer to the cursor, and once held it goes no further than this; but not where it follows in
-    // the open, which is not felt as more than what it will touch.
+    // It only ever comes nearer to the cursor, and once held it goes no further than this.
     const double reach = 10 * moved + 0.02 * length(cursor - last_->centre) + 1e-6 * radius_;
-    // Through the air it goes as far as that is free, straight to the hand.
-    if (last_->held && went > reach && !flew(centre, cursor, reach)) return Fault::TooFast;
+    if (last_->held && went > reach) return Fault::TooFast;
     if (!last_->held && touches && soup_.keeps_off(last_->centre, cursor, radius_ * (1 + kFlat)))
       return Fault::CaughtInAir;
     // A way of less than a radius between two places where it is clear leads through nothing.
@@ -373,18 +371,6 @@ class BallJudge {
     });
     if (way) return Fault::None;
     return last_->held ? Fault::ChangedSheet : Fault::Tunnelled;
-  }
-
-  /// Whether there is a place within reach of the last one from which a straight free way to the cursor leads through
-  /// here.
-  [[nodiscard]] bool flew(Vec3d centre, Vec3d cursor, double reach) const {
-    const Vec3d back = centre - cursor;
-    if (!(length(back) > 0)) return soup_.keeps_off(last_->centre, centre, radius_ * (1 - 1e-3));
-    // The way ends here, on the line from there to the cursor.
-    const Vec3d way = normalized(back);
-    const double along = std::max(0.0, dot(last_->centre - centre, way));
-    const Vec3d from = centre + way * along;
-    return length(from - last_->centre) <= reach && soup_.keeps_off(from, centre, radius_ * (1 - 1e-3));
   }
 
   const TriangleSoup& soup_;

@@ -75,6 +75,8 @@ inline std::vector<Vec3d> slide(const BareTriangles& surface, const Slide& like,
     const double clear = 10 * stride + 3 * (like.depth + like.radius);
     const auto is_near = [&](Vec3d p) { return length(p - at->position) < clear; };
     if (like.radius > 0 && std::ranges::any_of(surface.rims(), is_near)) break;
+    // Where a surface turns by 90 degrees it is never rounded from inside, and shortly before that the way round it is
+    // so long that a bounded contact point comes late: slides end beyond the edges of a pentagon, 72 degrees.
     bool turns = false;
     for (std::size_t k = 1; k <= std::min(turn_span, steps.size()); ++k)
       turns = turns || dot(steps[steps.size() - k].out, normal) < 0.26;  // cos 75 degrees

@@ -20,7 +20,7 @@ struct Around;
 /// at any number of triangles. docs/explanation/contact.md explains the ball.
 class BallProxy {
  public:
-  static constexpr int kSearches = 12;
+  static constexpr int kSearches = 12;  ///< queries of a tick; what is left of its way waits for the next
 
   /// Allocates, as copies do.
   BallProxy() = default;

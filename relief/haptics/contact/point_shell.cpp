@@ -9,7 +9,7 @@ namespace relief {
 
 namespace {
 
-constexpr double kNorm = 16;
+constexpr double kNorm = 16;      // 1,000 equal depths push 2.37 times as hard as one, 1,000^(2/16)
 constexpr double kForesight = 3;  // lengths of its way for which a point is said at once that it is clear
 constexpr std::size_t kRays = 4;  // points in a tick that are looked for below the slabs
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.

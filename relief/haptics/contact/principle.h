@@ -9,13 +9,20 @@
 
 namespace relief::detail {
 
-constexpr double kFollow = 10;   // lengths of the cursor's way that what is held may go in a tick,
-constexpr double kRelax = 0.02;  // or this share of the depth, so that it settles under a resting cursor
-constexpr double kMiddle = 2;    // depths from it within which the line through the cursor comes out of the body
-// Past the middle, in lengths of the hand's own way: how far it may go to a minimum in a tick; and how far it goes
-// along with the hand, or to a minimum that lies so far off there.
+// What is held may go so many lengths of the cursor's way in a tick. So it catches up round edges, and the force
+// changes by 0.06 N per tick at most at 0.1 diagonals/s (0.15 m, 400 N/m).
+constexpr double kFollow = 10;
+constexpr double kRelax = 0.02;  // or this share of the depth: under a cursor at rest it settles within 50 ticks
+// Depths from it within which the line through the cursor comes out of the body: the ball of that radius around the
+// cursor lies in the body where what is held is the nearest place. With less, round parts roll over; with 3, a tool
+// that circles in a rod sticks.
+constexpr double kMiddle = 2;
+// Past the middle, in lengths of the hand's own way. How far it may go to a minimum in a tick: that of a ball of radius
+// R goes R / (R - depth) times as far as the hand, so it follows down to two thirds of R. And how far it goes along
+// with the hand, or to a minimum that lies so far off there: once, and once more to make up for what is owed.
 constexpr double kToMinimum = 3, kAlong = 2;
-constexpr double kNear = 0.5;  // depths of way within which a minimum is near by
+// Depths of way within which a minimum is near by, as on a dome or in a bowl that is thinner than the tool is deep.
+constexpr double kNear = 0.5;
 
 [[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 

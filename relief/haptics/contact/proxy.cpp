@@ -16,7 +16,7 @@ using detail::distance2;
 using detail::kAnywhere;
 
 constexpr double kClearWays = 16;  // ways like the last one for which a clear ball is looked for
-constexpr int kClearSamples = 64;  // that may be placed to find one
+constexpr int kClearSamples = 64;  // that may be placed to find one: 1.6 us at 25 ns each
 
 }  // namespace
 

@@ -10,7 +10,8 @@
 namespace relief::detail {
 
 inline constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-inline constexpr int kTries = 64;  ///< micro-triangles that one walk looks at
+/// Micro-triangles that one walk looks at: four times the most in 160,000 ticks of slides over scans.
+inline constexpr int kTries = 64;
 
 /// Returns a place's weights such that what is all but on an edge or at a sample is there, to the bit: so it is seen
 /// that the triangles beside it touch it, too.
