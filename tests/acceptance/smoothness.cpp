@@ -180,13 +180,19 @@ class Workbench {
   [[nodiscard]] double size() const { return size_; }
   [[nodiscard]] const ServoSample& felt() const { return felt_; }
   [[nodiscard]] const Snapshot& seen() const { return *hand_.seen(); }
+  /// Whether the tool worked on an older model in that tick.
+  [[nodiscard]] bool is_behind() const { return is_behind_; }
   [[nodiscard]] long dabs() const { return dabs_; }
   /// The hand comes down to a depth of 1 % of the diagonal, and stays.
   void tick() {
     height_ = std::max(-0.01, height_ - 1e-4);
     rest();
   }
-  void rest() { felt_ = hand_.at(editor_.head(), normalized(tip_) * (radius_ + height_ * size_)); }
+  void rest() {
+    const SnapshotPtr newest = editor_.head();
+    felt_ = hand_.at(newest, normalized(tip_) * (radius_ + height_ * size_));
+    is_behind_ = hand_.seen() != newest;
+  }
   /// It moves on, and follows the surface up and down as a hand does that pushes with the same force.
   void tick(Vec3d moved) {
     tip_ = tip_ + moved;
@@ -220,6 +226,7 @@ class Workbench {
   ServoSample felt_;
   double height_ = 0.01;  ///< above that, of the diagonal
   long dabs_ = 0;
+  bool is_behind_ = false;
 };
 
 /// What a change of the surface under the resting tip does to the force.
@@ -429,7 +436,7 @@ void sculpting(Report& report) {
       for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
         const Sculpting scene = {held, tool, rate};
         double step = 0, with_hand = 0, off_surface = 0;
-        long inside = 0, edits = 0;
+        long inside = 0, edits = 0, behind = 0, most_behind = 0;
         ServoSample last;
         scene.run(ticks, ticks, [&](const Workbench& bench, int k) {
           const ServoSample felt = bench.felt(), before = std::exchange(last, felt);
@@ -441,6 +448,8 @@ void sculpting(Report& report) {
           if (found > kMostStep && step <= kMostStep) found = scene.step_at_rest(k);
           step = std::max(step, found);
           with_hand = std::max(with_hand, all);
+          behind = bench.is_behind() ? behind + 1 : 0;
+          most_behind = std::max(most_behind, behind);
           if (!felt.contact) return;
           const SurfacePoint near = closest_point(bench.seen(), felt.contact_point);
           off_surface = std::max(off_surface, length(near.position - felt.contact_point) / bench.size());
@@ -454,6 +463,7 @@ void sculpting(Report& report) {
         report.at_most("    with what the hand's own motion does", with_hand, 0.4, "N");
         report.at_most(what + ": contact point off the surface, of the diagonal", off_surface, 1e-9);
         report.at_most(what + ": ticks with the contact point in the material", double(inside), 0);
+        report.at_most(what + ": ticks in an older model, in a row", double(most_behind), 12);
       }
 }
 

@@ -302,14 +302,13 @@ class Mover {
       }
       // What takes too long waits for the next tick. One query is always made, so that each tick knows more than the
       // last.
-      const int most = !arrived || within ? work : ahead;
-      const bool may_wait = searches_ > before || room_.waits < kMostWaits;
+      const int in_time = !arrived || within ? work : ahead;
+      const int most = arrived || room_.waits < kMostWaits ? in_time : std::max(in_time, patience());
       way.cut = searches_ > before && surface_.placed() + room_.look_work > most;
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
       tried_ = *step;
-      const int look_most = may_wait ? most : std::max(most, patience());
-      way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_, look_most);
+      way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_, most);
       const bool barred = bars();
       if (barred) {
         stride = std::max(0.5 * stride, kSkin * radius_);
@@ -407,7 +406,7 @@ class Mover {
   }
   /// Returns how far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
-  /// Returns what a look may take that has waited.
+  /// Returns what the first step of a way that has waited may take.
   [[nodiscard]] int patience() const noexcept { return kWork << std::min(room_.waits, kMostDoubled); }
   /// Makes the list anew around a place, or returns that there is no time to in this tick.
   [[nodiscard]] bool learn(Vec3d at, int most) noexcept {

@@ -49,9 +49,11 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcep
     follow_surface(surface);
     unseen_ = true;
   }
-  if (unseen_ || !settled_) {
+  // What waits for its way to the cursor goes first: coming to rest where it is would take the time for that.
+  if (const int waits = memory_->waits; unseen_ || (!settled_ && waits == 0)) {
     const bool was_held = held_, felt = carry(surface, radius);
     settling_ = felt && (was_held || held_);
+    if (!unseen_) memory_->waits = waits;
   }
   if (!unseen_) go(surface, cursor, radius);
   work_ = surface.placed();
