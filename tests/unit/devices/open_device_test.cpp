@@ -118,16 +118,31 @@ SnapshotPtr solid_of(const std::vector<Vec3d>& polygon, double half_length) {
   return made->model.head;
 }
 
+/// Where the exploring hand wants the tool in each of its visits, in the model's space.
+class Visits {
+ public:
+  explicit Visits(const Snapshot& model)
+      : space_(fit_workspace(DeviceInfo{}, bounds_of_surface(model))), script_(exploring_hand(model, space_)) {}
+  static constexpr int kCount = 13;
+  [[nodiscard]] Vec3d above(int visit) const { return at(visit, 0.2); }
+  [[nodiscard]] Vec3d pressed(int visit) const { return at(visit, 1.2); }
+  /// At the far end of its stroke.
+  [[nodiscard]] Vec3d stroked(int visit) const { return at(visit, 0.8); }
+
+ private:
+  [[nodiscard]] Vec3d at(int visit, double t) const { return space_.to_model(script_(2 * visit + t).position); }
+
+  Workspace space_;
+  HandScript script_;
+};
+
 /// A wedge whose edge is sharp and whose back is thick: wherever the hand comes from, it presses where the wedge is
 /// thicker than it goes deep.
 TEST(ExploringHand, PressesWhereItDoesNotGoThrough) {
   const SnapshotPtr wedge = solid_of({{-0.5, -0.002, 0}, {0.5, -0.1, 0}, {0.5, 0.1, 0}, {-0.5, 0.002, 0}}, 0.5);
-  const Box3d box = bounds_of_surface(*wedge);
-  const Workspace space = fit_workspace(DeviceInfo{}, box);
-  const HandScript script = exploring_hand(*wedge, space);
-  for (int visit = 0; visit < 13; ++visit) {
-    const Vec3d above = space.to_model(script(2 * visit + 0.2).position);
-    const Vec3d target = space.to_model(script(2 * visit + 1.2).position);
+  const Visits visits(*wedge);
+  for (int visit = 0; visit < Visits::kCount; ++visit) {
+    const Vec3d above = visits.above(visit), target = visits.pressed(visit);
     LocateHint hint;
     double inside_for = 0;
     constexpr int kSteps = 4000;
@@ -136,7 +151,8 @@ TEST(ExploringHand, PressesWhereItDoesNotGoThrough) {
       if (!in && inside_for > 0) break;
       if (in) inside_for += length(target - above) / kSteps;
     }
-    EXPECT_GE(inside_for, 0.025 * diagonal(box)) << "how deep a hand of 1.5 N goes, visit " << visit;
+    EXPECT_GE(inside_for, 0.025 * diagonal(bounds_of_surface(*wedge)))
+        << "how deep a hand of 1.5 N goes, visit " << visit;
   }
 }
 
@@ -147,14 +163,10 @@ TEST(ExploringHand, StrokesWhereTheSurfaceGoesOn) {
     return Vec3d{x * std::cos(turn) - y * std::sin(turn), x * std::sin(turn) + y * std::cos(turn), 0};
   };
   const SnapshotPtr bar = solid_of({at(-0.5, -0.05), at(0.5, -0.05), at(0.5, 0.05), at(-0.5, 0.05)}, 0.05);
-  const Box3d box = bounds_of_surface(*bar);
-  const Workspace space = fit_workspace(DeviceInfo{}, box);
-  const HandScript script = exploring_hand(*bar, space);
-  for (int visit = 0; visit < 13; ++visit) {
-    const Vec3d above = space.to_model(script(2 * visit + 0.2).position);
-    const Vec3d in = space.to_model(script(2 * visit + 1.2).position);
-    const Vec3d stroked = space.to_model(script(2 * visit + 0.8).position);
-    EXPECT_TRUE(raycast(*bar, {above + stroked - in, normalized(in - above)})) << visit;
+  const Visits visits(*bar);
+  for (int visit = 0; visit < Visits::kCount; ++visit) {
+    const Vec3d above = visits.above(visit), in = visits.pressed(visit);
+    EXPECT_TRUE(raycast(*bar, {above + visits.stroked(visit) - in, normalized(in - above)})) << visit;
   }
 }
 
