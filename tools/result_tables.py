@@ -116,8 +116,8 @@ def figures(rows):
 
 
 def touch_figures(rows):
-    return figures([row for row in rows if "figure" in row and row["unit"] != "bytes" and
-                    (row["on"] == "pumpkin, n = 32" or "growth" in row["figure"])])
+    return figures([row for row in rows if "figure" in row and
+                    (row["on"] == "pumpkin, n = 32" or "growth" in row["figure"] or row["unit"] == "bytes")])
 
 
 def touch_surfaces(rows):
@@ -149,7 +149,7 @@ def peers(surface):
 
 
 def accuracy(rows):
-    mine = [row for row in rows if "wrong_side" in row and row["on"] in ("pumpkin, n = 32", "bunny, n = 32") and at_its_best(row["peer"])]
+    mine = [row for row in rows if "wrong_side" in row and row["on"].endswith("n = 32") and at_its_best(row["peer"])]
     return grid(["on a slide", "surface", "distance, of D: p50 / p99", "normal, degrees: p50 / p99", "wrong side"],
                 ([row["peer"], row["on"], at(row, "distance_p50", "distance_p99"), at(row, "degrees_p50", "degrees_p99"),
                   f"{row['wrong_side']} of {row['places']}"] for row in mine))
@@ -270,7 +270,8 @@ def safety(rows):
 TABLES = {
     "paper": ("paper", paper), "queries": ("query", queries), "growth": ("touch", growth),
     "touch": ("touch", touch_figures), "touch-surfaces": ("touch", touch_surfaces),
-    "peers-pumpkin": ("touch", peers("pumpkin, n = 32")), "peers-bunny": ("touch", peers("bunny, n = 32")), "accuracy": ("touch", accuracy),
+    "peers-pumpkin": ("touch", peers("pumpkin, n = 32")), "peers-bunny": ("touch", peers("bunny, n = 32")),
+    "peers-igea": ("touch", peers("igea, n = 32")), "accuracy": ("touch", accuracy),
     "dabs": ("dab", dabs), "dab-figures": ("dab", other_dabs), "cuts": ("dab", cuts), "frames": ("render", frames),
     "clay": ("clay", clay), "clay-detail": ("clay", clay_detail), "clay-readers": ("clay", clay_readers), "rims": ("clay", rims),
     "samples": ("convert", by_resolution("per slab")), "samples-63": ("convert", by_resolution(63)),
