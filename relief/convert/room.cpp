@@ -84,22 +84,21 @@ SnapshotPtr root_view(const Snapshot& surface) {
   });
 }
 
-}  // namespace
-
-Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
-                           const Progress& progress) {
-  if (!is_usable(wanted, goals))
-    return fail(Errc::InvalidArgument,
-                "the solids that want room, or the goals for it, are not numbers that make sense.");
+/// A room, and what is lacking in it.
+struct Attempt {
+  RoomMade made;
+  double lack = 0;  ///< as in Lengthened
+};
+/// `roots`: the surface without detail.
+Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& roots, const RoomWanted& wanted,
+                        const RoomGoals& goals, const Progress& progress) {
   // All begins again with less freedom for fibres along which the surface cannot be sampled.
   constexpr int kTries = 4;
-  // Without detail the surface shows it as it is.
-  const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
-  const Snapshot& roots = view ? *view : surface;
   Restrained restrained;
   for (int tries = 1;; ++tries) {
-    RoomMade made;
-    Lengthened longer = lengthen_for(roots, wanted, goals, restrained, progress);
+    Attempt attempt;
+    RoomMade& made = attempt.made;
+    Lengthened longer = lengthen_for(roots, wanted, goals, way, restrained, progress);
     if (progress.cancelled()) return cancelled();
     made.before = std::move(longer.before);
     made.after = std::move(longer.after);
@@ -107,7 +106,8 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
     made.overhang_before = longer.overhang_before;
     made.overhang_after = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
     made.given_up = restrained.staying.size();
-    if (longer.moved.empty()) return made;
+    attempt.lack = longer.moved.empty() ? longer.lack_before : longer.lack_after;
+    if (longer.moved.empty()) return attempt;
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
     const double most_moved = may_move(wanted, goals, made.before.empty());
@@ -121,7 +121,8 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
       made.after = made.before;
       made.overhang_after = made.overhang_before;
       made.given_up += longer.moved.size();
-      return made;
+      attempt.lack = longer.lack_before;
+      return attempt;
     }
     made.moved = std::move(longer.moved);
     made.tiles = std::move(anew.tiles);
@@ -129,8 +130,25 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
     made.turned = longer.turned;
     made.sampled = std::move(anew.sampled);
     made.surface_moved = anew.moved_most;
-    return made;
+    return attempt;
   }
+}
+
+}  // namespace
+
+Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
+                           const Progress& progress) {
+  if (!is_usable(wanted, goals))
+    return fail(Errc::InvalidArgument,
+                "the solids that want room, or the goals for it, are not numbers that make sense.");
+  // Without detail the surface shows it as it is.
+  const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
+  const Snapshot& roots = view ? *view : surface;
+  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, roots, wanted, goals, progress));
+  const bool is_enough = first.made.after.empty() && first.made.overhang_after <= Room::kLeastOverhang * goals.diagonal;
+  if (is_enough || !first.made.on_lattice) return std::move(first.made);
+  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, roots, wanted, goals, progress));
+  return std::move(second.lack < first.lack ? second.made : first.made);
 }
 
 Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) {

@@ -72,12 +72,13 @@ std::vector<SlabId> slabs_of(const SlabMesh& mesh, std::span<const FibreId> fibr
 /// One piece of the cage in work.
 class Work {
  public:
-  Work(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals, const Restrained& restrained,
-       const Progress& progress)
+  Work(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals, RoomWay way,
+       const Restrained& restrained, const Progress& progress)
       : surface_(surface),
         mesh_(surface.slab_mesh()),
         wanted_(wanted),
         goals_(goals),
+        way_(way),
         restrained_(restrained),
         progress_(progress) {}
 
@@ -96,7 +97,7 @@ class Work {
     const std::optional<Lattice> lattice = lattice_of(mesh_, box, longest);
     made.on_lattice = lattice.has_value();
     if (!lattice) return made;
-    made.lattice = *lattice;
+    made.lattice = lattice_ = *lattice;
     solids_[kInner] = on_lattice(wanted_.cut, *lattice);
     solids_[kOuter] = on_lattice(wanted_.fill, *lattice);
     const ReachWanted wishes(surface_, *lattice, candidates, solids_[kInner], solids_[kOuter], goals_);
@@ -123,8 +124,22 @@ class Work {
         return by_fibre[local_.at(mesh_.slabs()[candidates[f]].fibres[corner])];
       };
     };
-    const std::vector<Ends> best = work_on(patch, wishes, candidates, ends_in(patch.draft().ends));
+    made.lack_before = wants_of(patch, wishes, candidates, ends_in(old)).lack * lattice->step;
+    std::vector<Ends> best = work_on(patch, slabs, wishes, candidates, ends_in(patch.draft().ends));
     if (progress_.cancelled()) return made;
+    if (way_ == RoomWay::Shrink && best != old) {
+      ShellDraft shrunk = draft_of_slabs(slabs, *lattice);
+      shrunk.ends = best;
+      ShellPatch given(nothing, no_tree, longest / lattice->step, std::move(shrunk), fixed, progress_,
+                       within_lattice());
+      const double lack = wants_of(given, wishes, candidates, ends_in(best)).lack;
+      // First what no solid meets: that cannot lack for it.
+      if (!give_back(given, old, fibres_met(wishes, candidates))) return made;
+      best = given.draft().ends;
+      if (!give_back(given, old, {})) return made;
+      if (wants_of(given, wishes, candidates, ends_in(given.draft().ends)).lack <= lack) best = given.draft().ends;
+    }
+    made.lack_after = wants_of(patch, wishes, candidates, ends_in(best)).lack * lattice->step;
     made.overhang_after = 0;
     made.after = lacks(wishes, candidates, *lattice, ends_in(best), made.overhang_after);
     for (std::uint32_t v = 0; v < old.size(); ++v) {
@@ -141,6 +156,8 @@ class Work {
   }
 
  private:
+  static constexpr double kRounding = 32;  ///< lattice steps: lengthen() leaves a few to it
+
   std::vector<SlabId> candidate_slabs() const {
     std::vector<SlabId> slabs;
     for (const std::vector<Capsule>* solids : {&wanted_.cut, &wanted_.fill})
@@ -235,14 +252,16 @@ class Work {
     return wants;
   }
 
-  /// Turns towards the tool what would meet it from beside: before it is long, while it still can. Then lengthens, and
-  /// turns by turns towards what sees best and towards the tool what does not come far enough. Returns the ends with
-  /// which least was lacking: a turn that was of no use is not kept.
+  /// Grow: turns towards the tool what would meet it from beside: before it is long, while it still can. Then
+  /// lengthens, and turns by turns towards what sees best and towards the tool what does not come far enough. Shrink:
+  /// makes all short first, and turns towards the tool only. Returns the ends with which least was lacking: a move that
+  /// was of no use is not kept. `all`: the slabs of the patch.
   template <typename EndsOf>
-  std::vector<Ends> work_on(ShellPatch& patch, const ReachWanted& wishes, std::span<const SlabId> slabs,
-                            EndsOf&& ends) {
+  std::vector<Ends> work_on(ShellPatch& patch, std::span<const SlabId> all, const ReachWanted& wishes,
+                            std::span<const SlabId> slabs, EndsOf&& ends) {
     constexpr int kRounds = 16;
     constexpr double kWorthIt = 0.99;  // of what is lacking: for less the surface is not sampled again
+    const bool shrinks = way_ == RoomWay::Shrink;
     std::vector<Ends> best = patch.draft().ends;
     double least = Box3d::kFar;
     for (int round = 0;; ++round) {
@@ -254,34 +273,119 @@ class Work {
       if (wants.fibres.empty() || round == kRounds) return best;
       progress_("room", double(round) / kRounds);
       const std::uint32_t before = patch.draft().clock;
-      if (round == 0 && wants.hangs) {
+      if (round == 0 && (shrinks || wants.hangs)) {
+        if (shrinks) shrink(patch, all);
         turn(patch, wants, true);
         if (patch.draft().clock != before) continue;
       }
       ShellPatch::FailedSteps failed;
       if (!patch.lengthen(wants.reach, failed, progress_)) return best;
-      if (is_short(patch, wants)) turn(patch, wants, round % 2 == 1);
+      if (is_short(patch, wants)) turn(patch, wants, shrinks || round % 2 == 1);
       if (progress_.cancelled() || patch.draft().clock == before) return best;
     }
   }
 
+  /// Makes free fibres shorter on the sides on which there are solids, as far as the surface lets them: the margin
+  /// stays between it and the triangles.
+  void shrink(ShellPatch& patch, std::span<const SlabId> all) const {
+    constexpr double kLeastShare = 0.25;  // of what it may give away: a fibre that cannot give as much keeps it
+    const LinkedDraft& draft = patch.draft();
+    std::vector<std::vector<SurfacePlace>> places(all.size());
+    FibreMoves moves = patch.moves();
+    for (std::uint32_t v = 0; v < draft.ends.size(); ++v) {
+      if (progress_.cancelled()) return;
+      if (!draft.can_move(v)) continue;
+      const ShellPatch::Reach reach = patch.reach(v);
+      ShellPatch::Reach spare = {};
+      for (const Side side : {kInner, kOuter}) {
+        if (solids_[side].empty()) continue;
+        double least = reach[side];
+        draft.for_ring(v, [&](std::uint32_t h) {
+          const std::uint32_t f = h / 3;
+          if (places[f].empty()) places[f] = places_on(surface_, lattice_, all[f]);
+          least = std::min(least, spare_of(draft, f, h % 3, side, places[f]));
+        });
+        spare[side] = least > kRounding ? least : 0;
+      }
+      if (spare == ShellPatch::Reach{}) continue;
+      for (double share = 1; share >= kLeastShare; share *= 0.5)
+        if (moves.reach_to(v, {reach[kInner] - share * spare[kInner], reach[kOuter] - share * spare[kOuter]})) break;
+    }
+  }
+
+  /// Returns how much shorter corner k of a slab may be on a side: the margin stays at all places.
+  [[nodiscard]] double spare_of(const LinkedDraft& draft, std::uint32_t f, std::uint32_t k, Side side,
+                                std::span<const SurfacePlace> places) const noexcept {
+    const double margin = goals_.margin * goals_.diagonal / lattice_.step;
+    double spare = Box3d::kFar;
+    for (const SurfacePlace& place : places) {
+      if (!(place.weights[k] > 0)) continue;
+      std::array<Vec3d, 2> at;
+      for (std::size_t c = 0; c < 3; ++c)
+        for (const Side end : {kInner, kOuter})
+          at[end] += to_double(draft.ends[draft.faces[f][c]][end]) * place.weights[c];
+      const double reach = std::abs(dot(place.at - at[side], normalized(at[kOuter] - at[kInner])));
+      spare = std::min(spare, (reach - margin) / place.weights[k]);
+    }
+    return spare;
+  }
+
+  /// Returns the fibres of slabs that solids may meet, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> fibres_met(const ReachWanted& wishes, std::span<const SlabId> slabs) const {
+    std::vector<std::uint32_t> met;
+    for (std::uint32_t f = 0; f < slabs.size(); ++f) {
+      if (!wishes.may_lack(f)) continue;
+      for (const FibreId fibre : mesh_.slabs()[slabs[f]].fibres) met.push_back(local_.at(fibre));
+    }
+    sort_unique(met);
+    return met;
+  }
+
+  /// What has become shorter reaches as far as before, as far as that goes, so that later strokes find the same clay
+  /// there; all but some fibres. False when cancelled.
+  [[nodiscard]] bool give_back(ShellPatch& patch, std::span<const Ends> old,
+                               std::span<const std::uint32_t> all_but) const {
+    const LinkedDraft& draft = patch.draft();
+    std::vector<std::uint32_t> fibres;
+    std::vector<ShellPatch::Reach> wanted(old.size());
+    for (std::uint32_t v = 0; v < old.size(); ++v) {
+      if (draft.ends[v] == old[v] || std::ranges::binary_search(all_but, v)) continue;
+      fibres.push_back(v);
+      for (const Side side : {kInner, kOuter}) wanted[v][side] = length(to_double(old[v][side]) - draft.at[v]);
+    }
+    ShellPatch::FailedSteps failed;
+    if (!patch.lengthen(wanted, failed, progress_)) return false;
+    // What has not turned is what it was, to the bit.
+    FibreMoves moves = patch.moves();
+    for (const std::uint32_t v : fibres) {
+      if (progress_.cancelled()) return false;
+      const auto is_back = [&](Side side) {
+        return length(to_double(draft.ends[v][side] - old[v][side])) <= 2 * kRounding;
+      };
+      if (is_back(kInner) && is_back(kOuter)) moves.put(v, draft.at[v], old[v]);
+    }
+    return true;
+  }
+
   /// Returns whether some fibre could not be made as long as wanted.
   [[nodiscard]] static bool is_short(const ShellPatch& patch, const Wants& wants) noexcept {
-    constexpr double kEnough = 32;  // lattice steps: lengthen() leaves a few to rounding
     return std::ranges::any_of(wants.fibres, [&](std::uint32_t v) {
       const ShellPatch::Reach now = patch.reach(v);
-      return wants.reach[v][kInner] - now[kInner] > kEnough || wants.reach[v][kOuter] - now[kOuter] > kEnough;
+      return wants.reach[v][kInner] - now[kInner] > kRounding || wants.reach[v][kOuter] - now[kOuter] > kRounding;
     });
   }
 
   void turn(ShellPatch& patch, const Wants& wants, bool to_tool) const {
+    // Slabs may be narrower than their fibres are long: then a quarter of 65 degrees crosses a neighbour.
+    constexpr int kSmallTurns = 3;
+    const int halvings = way_ == RoomWay::Shrink ? kSmallTurns : FibreMoves::kTurnHalvings;
     FibreMoves moves = patch.moves();
     Star star;
     for (const std::uint32_t v : wants.fibres) {
       if (progress_.cancelled()) return;
       if (!patch.draft().can_move(v) || std::ranges::binary_search(restrained_.straight, global_[v])) continue;
       if (to_tool) {
-        if (wants.axes[v] != Vec3d{}) moves.turn(v, wants.axes[v]);
+        if (wants.axes[v] != Vec3d{}) moves.turn(v, wants.axes[v], halvings);
         continue;
       }
       star.set_fibre(patch.draft(), v);
@@ -293,9 +397,11 @@ class Work {
   const SlabMesh& mesh_;
   const RoomWanted& wanted_;
   const RoomGoals& goals_;
+  const RoomWay way_;
   const Restrained& restrained_;
   const Progress& progress_;
   std::array<std::vector<Capsule>, 2> solids_;
+  Lattice lattice_;
   std::vector<FibreId> global_;
   std::unordered_map<FibreId, std::uint32_t> local_;
 };
@@ -345,9 +451,9 @@ void Restrained::add(std::span<const FibreId> failed) {
   sort_unique(staying);
 }
 
-Lengthened lengthen_for(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
+Lengthened lengthen_for(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals, RoomWay way,
                         const Restrained& restrained, const Progress& progress) {
-  return Work(surface, wanted, goals, restrained, progress).run();
+  return Work(surface, wanted, goals, way, restrained, progress).run();
 }
 
 }  // namespace relief::detail

@@ -6,6 +6,7 @@
 #include <relief/convert/room.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,6 +20,9 @@ struct Lengthened {
   std::vector<RoomLack> before, after;
   std::size_t lengthened = 0, turned = 0;
   double overhang_before = 0, overhang_after = 0;  ///< as in RoomMade
+  /// What is wanted below the surface and above it, and what lies between it and solids beside it: summed over places
+  /// that are as dense as the samples, model units.
+  double lack_before = 0, lack_after = 0;
   bool on_lattice = true;
 };
 /// Fibres that may not do all, ascending.
@@ -29,9 +33,14 @@ struct Restrained {
   /// What has failed must not turn, and must stay when it fails once more.
   void add(std::span<const FibreId> failed);
 };
+/// Says what fibres do first.
+enum class RoomWay : std::uint8_t {
+  Grow,    ///< they grow, and turn where that does not do
+  Shrink,  ///< they become as short as the surface lets them, so that they can turn; then they grow
+};
 /// Cancelled: of no use.
 [[nodiscard]] Lengthened lengthen_for(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
-                                      const Restrained& restrained, const Progress& progress);
+                                      RoomWay way, const Restrained& restrained, const Progress& progress);
 
 /// Returns a lattice on which all ends of the cage's fibres lie, around a box and `room` more on all sides. Empty where
 /// the box would have over 2^25 steps, or the cage 2^30.

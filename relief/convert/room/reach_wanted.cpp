@@ -25,6 +25,23 @@ bool may_meet(const std::array<Vec3d, 6>& hull, const Capsule& c) noexcept {
 
 }  // namespace
 
+std::vector<SurfacePlace> places_on(const Snapshot& surface, const Lattice& lattice, SlabId slab) {
+  const SlabCorners corners = surface.slab_mesh().corners(slab);
+  const int n = surface.slab_mesh().intervals(slab);
+  const float* alpha = surface.displacement(slab);
+  std::vector<SurfacePlace> places;
+  int step = 1;
+  while (n / step > kMostIntervals && n % (2 * step) == 0) step *= 2;
+  for (int j = 0; j <= n; j += step)
+    for (int i = 0; i + j <= n; i += step) {
+      const std::array<int, 3> w = weights(n, {i, j});
+      const std::array<double, 3> share = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
+      const Line line = fibre_at(corners, lattice, share);
+      places.push_back({share, line.origin + line.direction * double(alpha[sample_index(n, {i, j})])});
+    }
+  return places;
+}
+
 ReachWanted::ReachWanted(const Snapshot& surface, const Lattice& lattice, std::span<const SlabId> slabs,
                          std::span<const Capsule> cut, std::span<const Capsule> fill, const RoomGoals& goals)
     : solids_{std::vector(cut.begin(), cut.end()), std::vector(fill.begin(), fill.end())},
@@ -74,15 +91,7 @@ ReachWanted::ReachWanted(const Snapshot& surface, const Lattice& lattice, std::s
       face.solids = {};
       continue;
     }
-    int step = 1;
-    while (n / step > kMostIntervals && n % (2 * step) == 0) step *= 2;
-    for (int j = 0; j <= n; j += step)
-      for (int i = 0; i + j <= n; i += step) {
-        const std::array<int, 3> w = weights(n, {i, j});
-        const std::array<double, 3> share = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
-        const Line line = fibre_at(face.corners, lattice, share);
-        face.places.push_back({share, line.origin + line.direction * double(alpha[sample_index(n, {i, j})])});
-      }
+    face.places = places_on(surface, lattice, s);
     const auto corner = [&](GridPoint p) {
       return lattice.to_lattice(sample_position(mesh, s, n, p, double(alpha[sample_index(n, p)])));
     };
@@ -91,7 +100,7 @@ ReachWanted::ReachWanted(const Snapshot& surface, const Lattice& lattice, std::s
   }
 }
 
-ReachWanted::Need ReachWanted::need_at(const FaceWish& face, const std::array<Ends, 3>& ends, const Place& place,
+ReachWanted::Need ReachWanted::need_at(const FaceWish& face, const std::array<Ends, 3>& ends, const SurfacePlace& place,
                                        Side side) const noexcept {
   if (face.solids[side].empty()) return {};
   const auto at = [&](Side end) {

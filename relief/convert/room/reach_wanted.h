@@ -17,6 +17,15 @@ namespace relief::detail {
 /// In radii of a solid: tools tell what they take farther beside it.
 inline constexpr double kBeside = 0.05;
 
+/// A place on the surface of a slab: its weights, and where it lies on a lattice.
+struct SurfacePlace {
+  std::array<double, 3> weights;
+  Vec3d at;
+};
+/// Returns places all over the surface of a slab, its corners included: those of samples, at most so many intervals per
+/// edge that a ball as wide as the slab hides less than a margin between them.
+[[nodiscard]] std::vector<SurfacePlace> places_on(const Snapshot& surface, const Lattice& lattice, SlabId slab);
+
 /// A place on the surface of a slab whose fibre ends too early, and by how much; lattice steps.
 struct Lacking {
   std::uint32_t face = 0;  ///< by its number among those looked at
@@ -53,10 +62,6 @@ class ReachWanted {
   }
 
  private:
-  struct Place {
-    std::array<double, 3> weights;
-    Vec3d at;
-  };
   struct Solid {
     std::uint32_t number;
     bool is_near;  ///< beside the slab itself, not only beyond its ends
@@ -65,11 +70,11 @@ class ReachWanted {
     SlabCorners corners;                       // only the order of the fibres is of use
     double spacing = 0;                        // of the samples
     std::array<std::vector<Solid>, 2> solids;  // by the side on which they want room
-    std::vector<Place> places;
+    std::vector<SurfacePlace> places;
   };
   template <typename Visit>
   void visit_face(std::uint32_t f, const std::array<Ends, 3>& ends, Visit& visit) const {
-    for (const Place& place : faces_[f].places)
+    for (const SurfacePlace& place : faces_[f].places)
       for (const Side side : {kInner, kOuter})
         if (const Need need = need_at(faces_[f], ends, place, side);
             need.wanted > need.now || need.overhang > 0 || need.beside > 0)
@@ -82,7 +87,7 @@ class ReachWanted {
     Vec3d axis = {};
     Vec3d along = {};  // the fibre, unit, towards the side that is to be longer
   };
-  [[nodiscard]] Need need_at(const FaceWish& face, const std::array<Ends, 3>& ends, const Place& place,
+  [[nodiscard]] Need need_at(const FaceWish& face, const std::array<Ends, 3>& ends, const SurfacePlace& place,
                              Side side) const noexcept;
 
   std::array<std::vector<Capsule>, 2> solids_;  // by side

@@ -64,18 +64,19 @@ bool FibreMoves::turn_to_source() {
   return turn_towards(view.best.d);
 }
 
-bool FibreMoves::turn(std::uint32_t v, Vec3d to) {
+bool FibreMoves::turn(std::uint32_t v, Vec3d to, int halvings) {
   begin(v);
-  return turn_towards(to);
+  return turn_towards(to, halvings);
 }
 
 /// About its place, as far as that goes.
-bool FibreMoves::turn_towards(Vec3d to) {
+bool FibreMoves::turn_towards(Vec3d to, int halvings) {
   const std::uint32_t v = checks_.star().moved;
   const Vec3d d = normalized(draft_.fibre(v)), at = draft_.at[v];
   const double depth = dot(at - to_double(draft_.ends[v][kInner]), d),
                height = dot(to_double(draft_.ends[v][kOuter]) - at, d);
-  for (const double share : kShares) {
+  double share = 1;
+  for (int k = 0; k <= halvings; ++k, share *= 0.5) {
     const Vec3d turned = normalized(d * (1 - share) + to * share);
     if (try_ends(at, {snap(at - turned * depth), snap(at + turned * height)})) return true;
   }

@@ -20,8 +20,9 @@ class FibreMoves {
 
   /// Turns a fibre towards the direction that best sees the source in its star. True where it was turned.
   bool re_aim(std::uint32_t v);
-  /// Turns a fibre about its place towards a unit vector, whatever the source is like. True where it was turned.
-  bool turn(std::uint32_t v, Vec3d to);
+  /// Turns a fibre about its place towards a unit vector, whatever the source is like: all the way, or halves of it
+  /// down to the smallest, 1 / 2^halvings. True where it was turned.
+  bool turn(std::uint32_t v, Vec3d to, int halvings = kTurnHalvings);
   /// Turns, slides and shortens a fibre where that makes further collapses likelier.
   void improve(std::uint32_t v);
   /// Moves and turns a fibre so that the triangles of both sides around it are seen better: that leaves more room for
@@ -39,13 +40,16 @@ class FibreMoves {
   /// Puts a fibre's place and ends there. True where they are there then.
   bool put(std::uint32_t v, Vec3d at, const Ends& ends);
 
+  /// Of a turn that fails, where nothing else is said.
+  static constexpr int kTurnHalvings = 2;
+
  private:
   void begin(std::uint32_t v);
   /// Returns whether a fibre stands on a crease: it may turn, but stays there.
   [[nodiscard]] bool is_on_crease(std::uint32_t v) const { return creases_ != nullptr && creases_->hold(draft_.at[v]); }
   bool try_ends(Vec3d at, const Ends& ends);
   bool turn_to_source();
-  bool turn_towards(Vec3d to);
+  bool turn_towards(Vec3d to, int halvings = kTurnHalvings);
   void slide_to_middle();
   void trim();
 

@@ -1,8 +1,10 @@
 // A contact goes on across the cages that room and new slabs make: no flag, no allocation, and no more of a step of
 // force than the surface moves.
 #include "support/driver.h"
+#include "support/fibre_maps.h"
 #include "support/forbidden_calls.h"
 #include "support/held_tools.h"
+#include "support/shells.h"
 
 #include <relief/convert/convert.h>
 #include <relief/convert/refine.h>
@@ -14,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -34,7 +37,10 @@ class RealCageChange : public ::testing::Test {
     settings.intervals = 16;
     auto made = convert(*make_sample("head", 6'000), settings);
     ASSERT_TRUE(made) << made.error().message;
-    model_ = made->model;
+    work_on(made->model);
+  }
+  void work_on(Model model) {
+    model_ = std::move(model);
     diagonal_ = model_.info.source_diagonal;
     const Box3d box = bounds_of_surface(*model_.head);
     middle_ = (box.low + box.high) / 2;
@@ -45,15 +51,17 @@ class RealCageChange : public ::testing::Test {
     const Vec3d out = normalized(Vec3d{std::sin(turn), 0.2, std::cos(turn)});
     return raycast(*model_.head, {middle_ + out * diagonal_, -out})->point.position - out * deep;
   }
-  [[nodiscard]] SnapshotPtr with_room_there() const {
+  /// For a ball that goes so deep, in diagonals.
+  [[nodiscard]] SnapshotPtr with_room_there(double deep) const {
     const Vec3d on = at(0, 0), out = closest_point(*model_.head, on).normal;
     const double radius = 0.06 * diagonal_;
-    const Vec3d centre = on - out * (0.12 * diagonal_ - radius);
+    const Vec3d centre = on - out * (deep * diagonal_ - radius);
     const auto made =
         make_room(*model_.head, {.cut = {{centre, centre, radius, out}}, .fill = {}}, {.diagonal = diagonal_});
     EXPECT_TRUE(made) << made.error().message;
     EXPECT_FALSE(made->moved.empty());
     moved_ = made->surface_moved;
+    lacking_ = made->after.size();
     return *with_room(model_.head, *made);
   }
 
@@ -106,11 +114,28 @@ class RealCageChange : public ::testing::Test {
   double diagonal_ = 0;
   Vec3d middle_;
   mutable double moved_ = 0;
+  mutable std::size_t lacking_ = 0;
 };
 
 TEST_F(RealCageChange, OfRoomThatWasMadeUnderTheTool) {
-  const SnapshotPtr roomy = with_room_there();
+  const SnapshotPtr roomy = with_room_there(0.12);
   ASSERT_NE(roomy->slab_mesh().roots_number(), model_.head->slab_mesh().roots_number());
+  expect_it_goes_on(roomy, moved_);
+}
+
+// Around the tool fibres lean by over 60 degrees. They had to be short before they could turn.
+TEST_F(RealCageChange, OfRoomUnderFibresThatWereShortMeanwhile) {
+  const auto ball = testing::mapped_shell(*testing::sphere_shell(2, 16, 0.9, 1.1), [](Vec3d p) {
+    const Vec3d q = testing::leaning(2)({p.x, p.z, p.y});
+    constexpr double kStep = 1.0 / (1 << 20);
+    return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.z / kStep) * kStep, std::round(q.y / kStep) * kStep};
+  });
+  Model model;
+  model.info.source_diagonal = 2 * std::sqrt(3.0);
+  model.head = testing::displaced(ball, [](Vec3d) { return 0.5; });
+  work_on(std::move(model));
+  const SnapshotPtr roomy = with_room_there(0.055);
+  EXPECT_EQ(lacking_, 0U);
   expect_it_goes_on(roomy, moved_);
 }
 
