@@ -89,9 +89,9 @@ struct Attempt {
   RoomMade made;
   double lack = 0;  ///< as in Lengthened
 };
-/// `roots`: the surface without detail.
+/// `roots`: the surface without detail. Where not less would be lacking than `most`, the surface is not sampled.
 Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& roots, const RoomWanted& wanted,
-                        const RoomGoals& goals, const Progress& progress) {
+                        const RoomGoals& goals, double most, const Progress& progress) {
   // All begins again with less freedom for fibres along which the surface cannot be sampled.
   constexpr int kTries = 4;
   Restrained restrained;
@@ -107,7 +107,7 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     made.overhang_after = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
     made.given_up = restrained.staying.size();
     attempt.lack = longer.moved.empty() ? longer.lack_before : longer.lack_after;
-    if (longer.moved.empty()) return attempt;
+    if (longer.moved.empty() || !(attempt.lack < most)) return attempt;
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
     const double most_moved = may_move(wanted, goals, made.before.empty());
@@ -144,10 +144,10 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
   // Without detail the surface shows it as it is.
   const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
   const Snapshot& roots = view ? *view : surface;
-  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, roots, wanted, goals, progress));
+  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, roots, wanted, goals, Box3d::kFar, progress));
   const bool is_enough = first.made.after.empty() && first.made.overhang_after <= Room::kLeastOverhang * goals.diagonal;
   if (is_enough || !first.made.on_lattice) return std::move(first.made);
-  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, roots, wanted, goals, progress));
+  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, roots, wanted, goals, first.lack, progress));
   return std::move(second.lack < first.lack ? second.made : first.made);
 }
 

@@ -945,6 +945,24 @@ TEST(Resampling, CountsASampleThatMeetsTheSurfaceSeveralTimesOnce) {
   EXPECT_EQ(folded_in(made.sampled), marked);
 }
 
+// On upright fibres growing alone leaves less, on leaning ones becoming short first.
+TEST(LengthenFor, OfBothWaysTheOneAfterWhichLessIsLackingIsKept) {
+  for (const bool leans : {false, true}) {
+    SCOPED_TRACE(leans);
+    const SnapshotPtr model =
+        testing::displaced(leans ? leaning_ball(2) : lattice_ball(2, 16), [](Vec3d) { return 0.5; });
+    const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.4, leans ? 0.4 : 0.8};
+    const Lengthened grown = lengthen_for(*model, place.cut(), goals(), RoomWay::Grow, {}, {});
+    const Lengthened shrunk = lengthen_for(*model, place.cut(), goals(), RoomWay::Shrink, {}, {});
+    ASSERT_EQ(shrunk.lack_after < grown.lack_after, leans);
+    const Result<RoomMade> made = make_room(*model, place.cut(), goals());
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_TRUE(std::ranges::equal(
+        made->moved, (leans ? shrunk : grown).moved, {}, [](const MovedFibre& m) { return m.now.inner; },
+        [](const MovedFibre& m) { return m.now.inner; }));
+  }
+}
+
 TEST(CageLattice, HoldsAllFibresAndTheRoomAround) {
   const auto mesh = lattice_ball(1, 4);
   const std::optional<Lattice> lattice = lattice_of(*mesh, mesh->bounds(), 0.5);
