@@ -201,13 +201,154 @@ double Servo::in_spring_of(double stiffness, double force) const noexcept {
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
   const Readings::Judged now = readings_.judge(reading, placement_.next_workspace());
   follow_period();
-  if (!now.news && now.faults == 0) {
+  if (now.news || now.faults != 0)
+    last_ = answer(model, reading, now);
+  else
     hold(model, now, reading);
-    return last_;
-  }
-  last_ = feel(model, reading, now);
   if (last_.at.slab != kNoSlab) foothold_.stand_in(model.slab_mesh(), last_.at.slab);
   return last_;
+}
+
+ServoSample Servo::answer(const Snapshot& model, const DeviceState& reading, const Readings::Judged& now) noexcept {
+  looking_ = false;
+  const double gift = std::exchange(gift_, 0.0);
+  const Placement::Place at = follow_hand(reading, now);
+  ServoSample sample = sample_of(reading, now, at);
+  if (!now.has_position) {
+    sample.cursor = sample.contact_point = last_cursor_;
+    last_depth_ = 0;
+    give_nothing();
+    return sample;
+  }
+  const ToolPose tool = {at.cursor, at.orientation};
+  const bool was_safe = in_safe_state();
+  const Touched felt = feel(model, tool);
+  tell(felt, sample);
+  keep_safe(model, tool, felt, now, sample);
+  last_cursor_ = at.cursor;
+  last_depth_ = felt.depth * workspace().metres_per_unit;
+  last_share_ = 1;
+  last_stored_ = 0;
+  if (was_safe) blend_.rest();
+  if (in_safe_state())
+    give_nothing();
+  else if (was_safe || !felt.touching)
+    fade_out(model, sample, now.dt, gift);
+  else
+    push(model, felt, at, now.dt, gift, sample);
+  sample.leak = guard_.leak();
+  if (!is_finite(sample.force) || !is_finite(sample.torque)) {  // the model's own numbers are broken here
+    latched_ = true;
+    sample.flags |= bit(ServoFault::Latched);
+    sample.force = sample.torque = {};
+    give_nothing();
+  }
+  return sample;
+}
+
+Placement::Place Servo::follow_hand(const DeviceState& reading, const Readings::Judged& now) noexcept {
+  const Placement::Place at = placement_.place(now, reading.position);
+  if (at.change) workspace_changed(*at.change);
+  if (at.clutched) friction_.move({}, at.step, {});
+  if (now.faults == 0)
+    guard_.observe({at.hand, at.velocity, now.dt, at.turn, at.change || at.clutched});
+  else
+    latched_ = true;
+  return at;
+}
+
+void Servo::push(const Snapshot& model, const Touched& felt, const Placement::Place& at, double dt, double gift,
+                 ServoSample& sample) noexcept {
+  const SurfacePoint& surface = felt.surface;
+  last_share_ = at_most(layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1), 1);
+  const double stiffness = limits_.stiffness * last_share_;
+  const bool blended = blend_.blending();
+  spring_ = spring(felt, stiffness, at.clutched ? Vec3d{} : at.step, dt);
+  const double pushes = length(spring_.force);
+  const Vec3d along = blended && pushes > kUnfelt ? spring_.force / pushes : felt.normal;
+  // The surface does not pull.
+  const double normal_force = std::max(0.0, pushes - damper(felt, along, blended, at));
+  const Friction::Given sideways = friction(model, felt, along, stiffness, normal_force, at);
+  last_stored_ = sideways.stored;
+  rubbed_ = {sideways.force, cross(felt.arm * workspace().metres_per_unit, sideways.force) + sideways.torque};
+  // The guard is told what the springs hold, and how much of that the hand did not put in.
+  const double in = blended ? in_spring_of(stiffness, pushes) : in_spring(stiffness, last_depth_);
+  const double given_in = blended ? in - in_spring_of(stiffness, length(blend_.from())) : 0;
+  if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
+  if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
+  const Wrench given = guard_.wrench({.force = along * normal_force + rubbed_.force,
+                                      .torque = spring_.torque + rubbed_.torque,
+                                      .normal = along,
+                                      .stored = in + sideways.stored,
+                                      .gift = gift + given_in,
+                                      .moved = blended && (felt.settling || !blend_.blending())},
+                                     sample.flags);
+  sample.force = given.force;
+  sample.torque = given.torque;
+}
+
+// It acts along the surface's normal. What is left of a blend may be so little that it points anywhere.
+double Servo::damper(const Touched& felt, Vec3d along, bool blended, const Placement::Place& at) const noexcept {
+  const double outwards =
+      blended ? dot(at.velocity, felt.normal) * std::max(0.0, dot(along, felt.normal)) : dot(at.velocity, along);
+  return limits_.damping * (1 - at.loose) * outwards;
+}
+
+ServoSample Servo::sample_of(const DeviceState& reading, const Readings::Judged& now,
+                             const Placement::Place& at) const noexcept {
+  ServoSample sample;
+  sample.t = reading.t;
+  sample.device = reading.position;
+  sample.buttons = now.buttons;
+  sample.flags = now.faults | now.warnings;
+  if (!now.has_position) sample.flags |= bit(ServoFault::Latched);
+  sample.velocity = at.velocity;
+  sample.orientation = at.orientation;
+  sample.cursor = sample.contact_point = at.cursor;
+  return sample;
+}
+
+void Servo::tell(const Touched& felt, ServoSample& sample) noexcept {
+  if (!felt.touching) return;
+  sample.contact = true;
+  sample.at = felt.at;
+  sample.depth = felt.depth;
+  sample.normal = felt.normal;
+  sample.contact_point = felt.contact_point;
+}
+
+bool Servo::in_safe_state() const noexcept { return first_ || latched_ || start_inside_; }
+
+bool Servo::feels_as_paper() const noexcept { return in_safe_state() || settings_.force.paper_contact; }
+
+Touched Servo::feel(const Snapshot& model, const ToolPose& tool) noexcept {
+  if (!feels_as_paper()) return touch(model, tool);
+  return paper_->step(model, tool, kSurfaceJump / workspace().metres_per_unit);
+}
+
+void Servo::keep_safe(const Snapshot& model, const ToolPose& tool, const Touched& felt, const Readings::Judged& now,
+                      ServoSample& sample) noexcept {
+  // Contact goes on in another cage, but what touches nothing may be in the material there.
+  const std::uint64_t roots = model.slab_mesh().roots_number();
+  const bool other_roots = std::exchange(roots_, roots) != roots, was_safe = in_safe_state();
+  const bool buried =
+      other_roots && !was_safe && !felt.touching && (feels_as_paper() ? paper_ : touch_)->is_buried(model, tool);
+  const bool jumped = !was_safe && (felt.jumped || (buried && last_depth_ > 0));
+  first_ = first_ || (buried && !jumped);
+  latched_ = latched_ || jumped;
+  if (jumped) sample.flags |= bit(ServoFault::SurfaceJumped);
+  if (in_safe_state()) {
+    const bool in = !clear(model, tool);
+    if (first_) start_inside_ = in;
+    if (now.faults == 0 && !jumped && !in) latched_ = start_inside_ = false;
+    // From here on the way of the cursor is followed.
+    start_contact_anew();
+    blend_.rest();
+    static_cast<void>(touch(model, tool));
+  }
+  first_ = false;
+  if (latched_) sample.flags |= bit(ServoFault::Latched);
+  if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
 }
 
 std::optional<SurfacePlace> Servo::last_place(MicroTriangles& surface) const noexcept {
@@ -270,123 +411,6 @@ void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, doub
                                      sample.flags);
   sample.force = given.force;
   sample.torque = given.torque;
-}
-
-ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const Readings::Judged& now) noexcept {
-  looking_ = false;
-  ServoSample sample;
-  sample.t = reading.t;
-  sample.device = reading.position;
-  sample.buttons = now.buttons;
-  sample.flags = now.faults | now.warnings;
-  const Placement::Place at = placement_.place(now, reading.position);
-  if (at.change) workspace_changed(*at.change);
-  if (at.clutched) friction_.move({}, at.step, {});
-  sample.velocity = at.velocity;
-  sample.orientation = at.orientation;
-  if (now.faults != 0) latched_ = true;
-  const double gift = std::exchange(gift_, 0.0);
-  if (now.faults == 0) guard_.observe({at.hand, at.velocity, now.dt, at.turn, at.change || at.clutched});
-  if (!now.has_position) {
-    sample.cursor = sample.contact_point = last_cursor_;
-    sample.flags |= bit(ServoFault::Latched);
-    last_depth_ = 0;
-    give_nothing();
-    return sample;
-  }
-
-  // What is touched.
-  const ToolPose tool = {at.cursor, at.orientation};
-  const bool held_back = first_ || latched_ || start_inside_;
-  const bool as_paper = held_back || settings_.force.paper_contact;
-  const Touched felt =
-      as_paper ? paper_->step(model, tool, kSurfaceJump / workspace().metres_per_unit) : touch(model, tool);
-  sample.cursor = sample.contact_point = at.cursor;
-  if (felt.touching) {
-    sample.contact = true;
-    sample.at = felt.at;
-    sample.depth = felt.depth;
-    sample.normal = felt.normal;
-    sample.contact_point = felt.contact_point;
-  }
-
-  // Safe state: no force until a good reading outside the solid. Contact goes on in another cage, but what touches
-  // nothing may be in the material there.
-  const std::uint64_t roots = model.slab_mesh().roots_number();
-  const bool other_roots = std::exchange(roots_, roots) != roots;
-  const bool buried =
-      other_roots && !held_back && !felt.touching && (as_paper ? paper_ : touch_)->is_buried(model, tool);
-  const bool jumped = !held_back && (felt.jumped || (buried && last_depth_ > 0));
-  first_ = first_ || (buried && !jumped);
-  if (jumped) {
-    sample.flags |= bit(ServoFault::SurfaceJumped);
-    latched_ = true;
-  }
-  if (first_ || latched_ || start_inside_) {
-    const bool in = !clear(model, tool);
-    if (first_) start_inside_ = in;
-    if (now.faults == 0 && !jumped && !in) latched_ = start_inside_ = false;
-    // From here on the way of the cursor is followed.
-    start_contact_anew();
-    blend_.rest();
-    static_cast<void>(touch(model, tool));
-  }
-  first_ = false;
-  last_cursor_ = at.cursor;
-  last_depth_ = felt.depth * workspace().metres_per_unit;
-  last_share_ = 1;
-  last_stored_ = 0;
-  if (latched_) sample.flags |= bit(ServoFault::Latched);
-  if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
-  if (!felt.touching || held_back || latched_ || start_inside_) {
-    if (held_back) blend_.rest();
-    if (latched_ || start_inside_)
-      give_nothing();
-    else
-      fade_out(model, sample, now.dt, gift);
-    sample.leak = guard_.leak();
-    return sample;
-  }
-
-  // The law: a spring, a damper along it, friction across it.
-  const SurfacePoint& surface = felt.surface;
-  last_share_ = at_most(layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1), 1);
-  const double stiffness = limits_.stiffness * last_share_;
-  const bool blended = blend_.blending();
-  spring_ = spring(felt, stiffness, at.clutched ? Vec3d{} : at.step, now.dt);
-  const double pushes = length(spring_.force);
-  const Vec3d along = blended && pushes > kUnfelt ? spring_.force / pushes : felt.normal;
-  // A damper acts along the surface's normal. What is left of a blend may be so little that it points anywhere.
-  const double damped =
-      blended ? dot(at.velocity, felt.normal) * std::max(0.0, dot(along, felt.normal)) : dot(at.velocity, along);
-  const double outwards = pushes - limits_.damping * (1 - at.loose) * damped;
-  const double normal_force = std::max(0.0, outwards);
-  const Friction::Given sideways = friction(model, felt, along, stiffness, normal_force, at);
-  last_stored_ = sideways.stored;
-  rubbed_ = {sideways.force, cross(felt.arm * workspace().metres_per_unit, sideways.force) + sideways.torque};
-  if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
-  if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
-
-  // What the springs hold, and how much of that the hand did not put in.
-  const double in = blended ? in_spring_of(stiffness, pushes) : in_spring(stiffness, last_depth_);
-  const double given_in = blended ? in - in_spring_of(stiffness, length(blend_.from())) : 0;
-  const Wrench given = guard_.wrench({.force = along * normal_force + rubbed_.force,
-                                      .torque = spring_.torque + rubbed_.torque,
-                                      .normal = along,
-                                      .stored = in + sideways.stored,
-                                      .gift = gift + given_in,
-                                      .moved = blended && (felt.settling || !blend_.blending())},
-                                     sample.flags);
-  sample.force = given.force;
-  sample.torque = given.torque;
-  sample.leak = guard_.leak();
-  if (!is_finite(sample.force) || !is_finite(sample.torque)) {  // the model's own numbers are broken here
-    latched_ = true;
-    sample.flags |= bit(ServoFault::Latched);
-    sample.force = sample.torque = {};
-    give_nothing();
-  }
-  return sample;
 }
 
 }  // namespace relief

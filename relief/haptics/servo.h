@@ -125,8 +125,30 @@ class Servo {
   /// What is felt continues from that, though something else than the hand has changed it.
   void lead_over(Vec3d force, Vec3d torque) noexcept;
   /// Returns the answer to a reading.
-  [[nodiscard]] ServoSample feel(const Snapshot& model, const DeviceState& reading,
-                                 const Readings::Judged& now) noexcept;
+  [[nodiscard]] ServoSample answer(const Snapshot& model, const DeviceState& reading,
+                                   const Readings::Judged& now) noexcept;
+  /// Takes in where the hand is, or that this is not known.
+  [[nodiscard]] Placement::Place follow_hand(const DeviceState& reading, const Readings::Judged& now) noexcept;
+  /// Returns what can be told before anything is felt.
+  [[nodiscard]] ServoSample sample_of(const DeviceState& reading, const Readings::Judged& now,
+                                      const Placement::Place& at) const noexcept;
+  /// Says what is touched.
+  static void tell(const Touched& felt, ServoSample& sample) noexcept;
+  /// The law: a spring, a damper along it, friction across it, within their limits.
+  void push(const Snapshot& model, const Touched& felt, const Placement::Place& at, double dt, double gift,
+            ServoSample& sample) noexcept;
+  /// Returns by how much the damper weakens the spring, N.
+  [[nodiscard]] double damper(const Touched& felt, Vec3d along, bool blended,
+                              const Placement::Place& at) const noexcept;
+  /// Returns whether no force is given until a good reading outside the solid.
+  [[nodiscard]] bool in_safe_state() const noexcept;
+  /// Enters the safe state where it is due, and leaves it where the tool has come out.
+  void keep_safe(const Snapshot& model, const ToolPose& tool, const Touched& felt, const Readings::Judged& now,
+                 ServoSample& sample) noexcept;
+  /// Returns whether contact is the paper's: in the safe state there is no way of the cursor to go by.
+  [[nodiscard]] bool feels_as_paper() const noexcept;
+  /// Returns what the tool touches in this tick.
+  [[nodiscard]] Touched feel(const Snapshot& model, const ToolPose& tool) noexcept;
   /// No force, and none that comes from what was felt before.
   void give_nothing() noexcept;
   /// What is left of the force of a contact that something else than the hand has ended.
