@@ -169,7 +169,7 @@ struct Room {
   Walls walls;
   PutOff put_off;
   int look_work = 0;         ///< what the last look took at what is known
-  int waits = 0;             ///< for so many ticks it was left where it was, and the list went on in none of them
+  int waits = 0;             ///< for so many ticks its way to the cursor waited, and the list went on in none of them
   bool waiting = false;      ///< it was left where it was in the last
   SlabId nearest = kNoSlab;  ///< where to look first in free space
   std::array<Around, 4> around;
@@ -215,6 +215,9 @@ class Mover {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
     room_.known = !blind_;
     room_.waiting = cut_ && centre_ == start_;
+  }
+  /// Counts for how many ticks the way to the cursor has waited.
+  void count_wait() noexcept {
     if (!room_.waiting)
       room_.waits = 0;
     else if (!room_.list.goes_on())

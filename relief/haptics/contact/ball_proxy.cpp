@@ -50,10 +50,9 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcep
     unseen_ = true;
   }
   // What waits for its way to the cursor goes first: coming to rest where it is would take the time for that.
-  if (const int waits = memory_->waits; unseen_ || (!settled_ && waits == 0)) {
+  if (unseen_ || (!settled_ && memory_->waits == 0)) {
     const bool was_held = held_, felt = carry(surface, radius);
     settling_ = felt && (was_held || held_);
-    if (!unseen_) memory_->waits = waits;
   }
   if (!unseen_) go(surface, cursor, radius);
   work_ = surface.placed();
@@ -67,6 +66,7 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   unseen_ = ball.blind();
   if (unseen_) {
     ball.stay();
+    ball.count_wait();
     return true;
   }
   if (!behind_ && is_buried(surface.model(), ball.around(), radius)) {
@@ -158,6 +158,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
     ledger_.book(centre_, ball.centre(), last_ - move * 0.5);
   }
   arrive(ball, radius);
+  ball.count_wait();
   touch(surface, ball.around(), radius, flies);
   searches_ += ball.searches();
 }
