@@ -9,7 +9,6 @@
 #include "support/data.h"
 #include "support/driver.h"
 #include "support/god_ball.h"
-#include "support/god_object.h"
 #include "support/hand_ways.h"
 
 #include <relief/base/cpu_time.h>
@@ -38,6 +37,7 @@ namespace relief::acceptance {
 namespace {
 
 using testing::BareTriangles;
+using testing::Oracle;
 using testing::OracleTick;
 
 constexpr double kSize = 0.15;      // m, of the diagonal at the hand
@@ -157,22 +157,6 @@ class Judge {
   std::deque<double> depths_;  ///< of the oracle, the last ones
   int held_for_ = 0, free_for_ = 0, smooth_for_ = 0;
   Vec3d last_;
-};
-
-/// Either oracle.
-class Oracle {
- public:
-  Oracle(const BareTriangles& surface, double radius) {
-    if (radius > 0)
-      ball_.emplace(surface, radius);
-    else
-      point_.emplace(surface);
-  }
-  OracleTick move(Vec3d cursor) { return ball_ ? ball_->move(cursor) : point_->move(cursor); }
-
- private:
-  std::optional<testing::GodObject> point_;
-  std::optional<testing::GodBall> ball_;
 };
 
 /// RELIEF_S23_TRACE.

@@ -30,6 +30,12 @@ SnapshotPtr disc() {
       testing::mapped_shell(*testing::sphere_shell(2, 32), [](Vec3d p) { return Vec3d{p.x, kHalf * p.y, p.z}; }),
       [](Vec3d) { return 0.5; });
 }
+/// A finger along x: 6 mm thick and 7.5 mm wide where its diagonal is 0.15 m.
+SnapshotPtr finger() {
+  return testing::displaced(
+      testing::mapped_shell(*testing::sphere_shell(2, 32), [](Vec3d p) { return Vec3d{p.x, 0.04 * p.y, 0.05 * p.z}; }),
+      [](Vec3d) { return 0.5; });
+}
 /// Eight sharp points, hollow between them.
 double cusps(Vec3d way) {
   const double peak = std::max({std::abs(way.x + way.y + way.z), std::abs(way.x + way.y - way.z),
@@ -64,6 +70,7 @@ SnapshotPtr needles() {
 
 std::vector<Scene> scenes() {
   std::vector<Scene> all = {{"disc of 0.2 mm", disc()},
+                            {"finger of 6 mm", finger()},
                             {"cusps", formed(testing::sphere_shell(2, 32, 0.2, 1.2), cusps)},
                             {"spheres that touch", touching()},
                             {"needles", needles()}};
@@ -98,7 +105,7 @@ void pops(Report& report) {
   report.at_most("of those, over 1.05 times as deep as a god-object", deeper / std::max(compared, 1.0), 1e-3);
 
   // Balls of 0.6 mm and 3 mm where the diagonal is 0.15 m.
-  frames = 0;
+  frames = compared = deeper = 0;
   for (const double share : {0.004, 0.02})
     for (const Scene& scene : list) {
       const double radius = share * testing::TriangleSoup(*scene.model).size();
@@ -109,9 +116,16 @@ void pops(Report& report) {
       report.at_most(what + ": illegal ticks" + (done.first.empty() ? "" : " (" + done.first + ")"), double(done.bad()),
                      0);
       report.shown("    most that it was in a triangle, of its radius", done.overlap);
+      compared += double(done.compared);
+      deeper += double(done.deeper);
+      report.shown("    ticks outside thin places over 1.05 times as deep as a god-object",
+                   double(done.deeper) / double(std::max(done.compared, 1L)));
+      report.shown("    most, of the god-object's depth", done.most_times);
     }
   report.shown("pressed frames of balls that were judged", frames);
   report.at_least("pressed frames of balls that were judged, of those wanted", frames / (wanted / 4), 1);
+  report.at_least("of these of balls, outside thin places", compared / frames, 0.2);
+  report.at_most("of those, balls over 1.05 times as deep as a god-object", deeper / std::max(compared, 1.0), 1e-3);
 }
 
 }  // namespace relief::acceptance

@@ -3,7 +3,7 @@
 
 #include "support/contact_judge.h"
 #include "support/exported.h"
-#include "support/god_object.h"
+#include "support/god_ball.h"
 
 #include <relief/core/query.h>
 #include <relief/haptics/contact/ball_proxy.h>
@@ -84,6 +84,7 @@ struct ContactRuns {
   long pressed = 0, ticks = 0;
   long thin = 0;                  ///< places where the part is thinner than 3 % of the diagonal
   long compared = 0, deeper = 0;  ///< with a god-object, but for jumps and rushes; over 1.05 times as deep
+  double most_times = 0;          ///< as deep as a god-object
   std::array<long, 9> faults{};   ///< by Fault
   double overlap = 0;             ///< by how much a ball was in a triangle at most, of its radius
   std::string first;              ///< the first fault and where it was
@@ -99,56 +100,55 @@ inline bool is_closed(const SlabMesh& mesh) {
                               [](const Slab& s) { return std::ranges::count(s.neighbours, kNoSlab) > 0; });
 }
 
-/// Outside thin places a contact point is to be no deeper than a plain god-object on the bare triangles that was where
-/// it was, and has followed the cursor since. Thin is a place from which the line through the cursor comes out of the
-/// solid within twice the depth: of the point's own, or of the god-object's. There, and where either lets go, the
-/// comparison ends, and begins again from where the point is.
+/// Outside thin places what is held is to be no deeper than a plain god-object on the bare triangles that was where it
+/// was, and has followed the cursor since. Thin is a place from which the line through the cursor comes out of the body
+/// within twice the depth: of the product's place, or of the god-object's. There, and where either lets go, the
+/// comparison ends, and begins again from where the product is.
 class DepthJudge {
  public:
-  explicit DepthJudge(const BareTriangles& bare) : bare_(bare), oracle_(bare, 1) {}
-  /// How many times as deep the point is as the god-object was at most in the last 60 ticks; none where the two are not
-  /// compared. 1e-4 of the diagonal is let pass.
-  [[nodiscard]] std::optional<double> judge(const Proxy& proxy, Vec3d cursor) {
-    if (!proxy.held() || bare_.past_the_middle(proxy.position(), cursor)) {
+  /// `radius`: of a ball; 0: a point.
+  DepthJudge(const BareTriangles& bare, double radius) : oracle_(bare, radius, 1), slack_(1e-4 * bare.diagonal()) {}
+  /// How many times as deep the product is as the god-object was at most in the last 60 ticks; none where the two are
+  /// not compared. 1e-4 of the diagonal is let pass. `place`: the contact point, or the centre of a ball.
+  [[nodiscard]] std::optional<double> judge(bool held, Vec3d place, Vec3d cursor) {
+    if (!held || oracle_.past_the_middle(place, cursor)) {
       following_ = false;
       return {};
     }
-    const bool begins = !std::exchange(following_, true);
-    if (begins) {
-      const auto place = bare_.nearest_within(proxy.position(), 1e-6 * bare_.diagonal());
-      following_ = place.has_value();
-      if (!place) return {};
-      oracle_.hold(*place, cursor);
-      depths_.assign(1, length(place->position - cursor));
+    const double depth = length(place - cursor);
+    if (!std::exchange(following_, true)) {
+      following_ = oracle_.hold(place, cursor);
+      depths_.assign(1, depth);
       return {};
     }
     const OracleTick oracle = oracle_.move(cursor);
-    if (!oracle.held || bare_.past_the_middle(oracle.point, cursor)) {
+    if (!oracle.held || oracle_.past_the_middle(oracle.point, cursor)) {
       following_ = false;
       return {};
     }
     depths_.push_back(oracle.depth);
     if (depths_.size() > kTicks) depths_.erase(depths_.begin());
     const double most = *std::ranges::max_element(depths_);
-    return std::max(0.0, proxy.depth() - 1e-4 * bare_.diagonal()) / std::max(most, 1e-300);
+    return std::max(0.0, depth - slack_) / std::max(most, 1e-300);
   }
 
  private:
   static constexpr std::size_t kTicks = 60;
 
-  const BareTriangles& bare_;
-  GodObject oracle_;
+  Oracle oracle_;
+  double slack_;
   bool following_ = false;
   std::vector<double> depths_;
 };
 
-/// A point or a ball, and its judge.
+/// A point or a ball, and its judges.
 class JudgedPoint {
  public:
-  JudgedPoint(const TriangleSoup& soup, const BareTriangles& bare, bool closed) : judge_(soup, closed), depth_(bare) {}
+  JudgedPoint(const TriangleSoup& soup, const BareTriangles& bare, bool closed)
+      : judge_(soup, closed), depth_(bare, 0) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
     static_cast<void>(proxy_.step(model, cursor));
-    times_ = depth_.judge(proxy_, cursor);
+    times_ = depth_.judge(proxy_.held(), proxy_.position(), cursor);
     return judge_.judge(proxy_, cursor);
   }
   [[nodiscard]] bool held() const noexcept { return proxy_.held(); }
@@ -163,19 +163,23 @@ class JudgedPoint {
 };
 class JudgedBall {
  public:
-  JudgedBall(const TriangleSoup& soup, double radius) : judge_(soup, radius), radius_(radius) {}
+  JudgedBall(const TriangleSoup& soup, const BareTriangles& bare, double radius)
+      : judge_(soup, radius), depth_(bare, radius), radius_(radius) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
     const bool touches = ball_.step(model, cursor, radius_);
+    times_ = depth_.judge(touches, ball_.centre(), cursor);
     return judge_.judge(ball_, touches, cursor);
   }
   [[nodiscard]] bool held() const noexcept { return ball_.held(); }
   [[nodiscard]] double overlap() const noexcept { return judge_.most_overlap(); }
-  [[nodiscard]] std::optional<double> times_as_deep() const noexcept { return {}; }
+  [[nodiscard]] std::optional<double> times_as_deep() const noexcept { return times_; }
 
  private:
   BallProxy ball_;
   BallJudge judge_;
+  DepthJudge depth_;
   double radius_;
+  std::optional<double> times_;
 };
 
 /// Judges runs of all motions until so many ticks were pressed; every other round is over a thin part where there are
@@ -219,6 +223,7 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
       if (const auto times = judged.times_as_deep(); times && motion < static_cast<std::size_t>(Motion::Jump)) {
         ++done.compared;
         done.deeper += *times > 1.05 ? 1 : 0;
+        done.most_times = std::max(done.most_times, *times);
         if (fault == Fault::None && *times > 1.5) fault = Fault::TooDeep;
       }
       if (fault == Fault::None) continue;
@@ -240,8 +245,9 @@ inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, 
 }
 /// Of a ball, on a closed model.
 inline ContactRuns judged_ball_runs(const Snapshot& model, double radius, long wanted, unsigned seed = 8) {
+  const BareTriangles bare = bare_triangles(model);
   return judged_runs(model, wanted, seed, radius,
-                     [&](const TriangleSoup& soup, int) { return JudgedBall(soup, radius); });
+                     [&](const TriangleSoup& soup, int) { return JudgedBall(soup, bare, radius); });
 }
 
 }  // namespace relief::testing

@@ -20,7 +20,13 @@ class GodBall {
   GodBall(const BareTriangles& surface, double radius, double step = 0.02)
       : surface_(surface), radius_(radius), step_(step * radius) {}
 
-  /// The cursor has moved straight to `cursor`; it begins in the air, at least the radius off the surface.
+  /// It is held with its centre at a place, under a cursor.
+  void hold(Vec3d centre, Vec3d cursor) {
+    held_ = true;
+    centre_ = centre;
+    cursor_ = cursor;
+  }
+  /// The cursor has moved straight to `cursor`; it begins in the air, at least the radius off the surface, or held.
   [[nodiscard]] OracleTick move(Vec3d cursor) {
     const bool begins = !cursor_;
     const Vec3d last = cursor_.value_or(cursor);
@@ -134,6 +140,42 @@ class GodBall {
   Vec3d centre_;
   bool held_ = false;
   std::vector<Plane> planes_, bounding_;
+};
+
+/// The oracle of a tool: of a ball, or of a point where the radius is 0.
+class Oracle {
+ public:
+  /// `parts`: of a point's way in a tick (GodObject).
+  Oracle(const BareTriangles& surface, double radius, int parts = 20) : surface_(surface), radius_(radius) {
+    if (radius > 0)
+      ball_.emplace(surface, radius);
+    else
+      point_.emplace(surface, parts);
+  }
+  OracleTick move(Vec3d cursor) { return ball_ ? ball_->move(cursor) : point_->move(cursor); }
+  /// It is held where a tool is, under a cursor; false where a point is not on the surface.
+  [[nodiscard]] bool hold(Vec3d place, Vec3d cursor) {
+    if (ball_) {
+      ball_->hold(place, cursor);
+      return true;
+    }
+    const auto on = surface_.nearest_within(place, 1e-6 * surface_.diagonal());
+    if (on) point_->hold(*on, cursor);
+    return on.has_value();
+  }
+  /// Whether the line from what is held through the cursor comes out of the body within twice the depth. The body of a
+  /// ball's centre is the solid grown by the radius.
+  [[nodiscard]] bool past_the_middle(Vec3d held, Vec3d cursor) const {
+    const Vec3d in = cursor - held;
+    const double depth = length(in), far = 2 * depth - radius_;
+    return far > 0 && surface_.entry(held + in * (far / depth), held).has_value();
+  }
+
+ private:
+  const BareTriangles& surface_;
+  double radius_;
+  std::optional<GodObject> point_;
+  std::optional<GodBall> ball_;
 };
 
 }  // namespace relief::testing
