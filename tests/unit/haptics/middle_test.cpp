@@ -355,6 +355,52 @@ std::vector<Thin> thin_bodies() {
           {"shell", spherical_shell(0.05), {0, 0, 1.05}, {0, 0, 0.8}, {0.2, 0, 0}, {0, 0.2, 0.05}}};
 }
 
+/// A point goes straight in, to so far beyond the middle of the finger as that is thick, and out again. Where a plain
+/// god-object stays on its front up to the middle, the point stays there for good. Where that rolls off, the point does
+/// so step by step, and its depth falls.
+TEST(Finger, PressedThroughItHoldsWhereverAGodObjectDoesNotRollOff) {
+  const SnapshotPtr model = finger();
+  const testing::BareTriangles bare = testing::bare_triangles(*model);
+  constexpr double kStep = 4e-4;
+  int straight = 0, rolled = 0;
+  for (const double x : {0.0, 0.5, 0.8, 0.93})
+    for (const double z : {0.0, 0.02, 0.05, 0.1}) {
+      const double half = 0.12 * std::sqrt(std::max(0.01, 1 - x * x)), beside = z / 0.15 * half * 1.25;
+      const std::vector<Vec3d> way = testing::straight_ways({{x, 0.3, beside}, {x, -half, beside}}, kStep);
+      testing::GodObject oracle(bare);
+      bool rolls = false, past = false;
+      for (const Vec3d cursor : way) {
+        const testing::OracleTick plain = oracle.move(cursor);
+        if (plain.held && plain.depth > 0.01 && !past) {
+          rolls = rolls || plain.point.y - cursor.y < 0.5 * plain.depth;
+          past = bare.past_the_middle(plain.point, cursor);
+        }
+      }
+      (rolls ? rolled : straight) += 1;
+      const auto in = bare.entry(way.front(), way.back());
+      ASSERT_TRUE(in);
+      const double front = 0.3 - in->share * (0.3 + half);
+      Led led{*model};
+      led.begin(way.front());
+      for (std::size_t k = 1; k < 2 * way.size() - 1; ++k) {
+        const Vec3d cursor = way[k < way.size() ? k : 2 * way.size() - 2 - k], last = led.proxy.position();
+        const bool was_held = led.proxy.held();
+        led.to(cursor);
+        const double depth = led.proxy.depth();
+        if (was_held && led.proxy.held()) {
+          EXPECT_LE(length(led.proxy.position() - last), 1.001 * std::max(10 * kStep, 0.02 * (depth + 10 * kStep)));
+        }
+        if (rolls || std::abs(cursor.y - front) < 1e-6) continue;
+        ASSERT_EQ(led.proxy.held(), cursor.y < front) << x << " " << z << " " << cursor.y;
+        if (depth > 0.01) {
+          EXPECT_GT(led.proxy.way_out().y, 0.5) << x << " " << z << " " << cursor.y;
+        }
+      }
+    }
+  EXPECT_GE(straight, 8);
+  EXPECT_GE(rolled, 2);
+}
+
 TEST(ThinBodies, OverAClosedWayThePointsOwnMovesPutNothingIntoTheSpring) {
   for (const Thin& body : thin_bodies()) {
     Led led{*body.model};
