@@ -11,7 +11,7 @@ constexpr int kSlabWork = 8, kBoxes = 4;
 constexpr int kMostSearched = 600;
 
 // What rounding may do to a distance: of the distance, and of the model's largest coordinate.
-constexpr double kOfDistance = 1e-10, kOfCoordinates = 1e-14;
+constexpr double kOfDistance = 1e-10, kOfCoordinates = 1e-13;
 
 /// The nearest place to a point. What is found does not depend on the order of the search: of places that are equally
 /// near to the bit it is that of the lowest slab and, in it, of the first triangle.
