@@ -134,17 +134,19 @@ Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
     shading_.rest();
     return felt;
   }
-  limit_band(model, felt);
   const bool is_point = settings_.tool.radius == 0 && settings_.tool.points.empty();
+  limit_band(model, at.origin, felt);
   felt.normal = is_point && !settings_.force.exact_normals ? shaded(felt) : felt.way_out;
   return felt;
 }
 
-void Servo::limit_band(const Snapshot& model, Touched& felt) noexcept {
-  const TextureFade::Fade fade = fade_.step(model, felt.surface, felt.normal, depth_for(kUnfelt));
+void Servo::limit_band(const Snapshot& model, Vec3d origin, Touched& felt) noexcept {
+  const Vec3d held = origin + felt.way_out * felt.depth;
+  const bool is_point = settings_.tool.radius == 0 && felt.spread == 0;
+  const TextureFade::Fade fade = fade_.step(model, {felt.surface, felt.normal, held, is_point}, depth_for(kUnfelt));
   if (!(fade.share > 0 && felt.depth > 0)) return;
-  const double before = felt.depth, off = fade.share * dot(fade.above, felt.way_out);
-  felt.depth = std::clamp(before - off, 0.0, 2 * before);
+  const double before = felt.depth, faded = dot(felt.way_out * before - fade.above, fade.normal);
+  felt.depth = std::clamp(before + fade.share * (faded - before), 0.0, 2 * before);
   felt.push *= felt.depth / before;
   felt.normal = normalized(felt.normal + (fade.normal - felt.normal) * fade.share);
 }

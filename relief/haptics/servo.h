@@ -24,7 +24,7 @@ namespace relief {
 
 /// The version of the force law and of what judges its readings: one more with each change after which the same
 /// readings give other forces. Recordings say under which they were made; those that do not, under 1.
-inline constexpr int kContactLaw = 12;
+inline constexpr int kContactLaw = 13;
 
 /// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {
@@ -160,7 +160,7 @@ class Servo {
   /// Along the interpolated normal, as far as that makes no energy.
   [[nodiscard]] Vec3d shaded(const Touched& felt) noexcept;
   /// Takes out of what is touched what goes by too fast to be felt.
-  void limit_band(const Snapshot& model, Touched& felt) noexcept;
+  void limit_band(const Snapshot& model, Vec3d origin, Touched& felt) noexcept;
   /// Returns the spring of a contact, led over from the last tick's where it is not the hand that has changed it.
   [[nodiscard]] Wrench spring(const Touched& felt, double stiffness, Vec3d hand_step, double dt) noexcept;
   [[nodiscard]] Friction::Given friction(const Snapshot& model, const Touched& felt, Vec3d along, double stiffness,

@@ -204,24 +204,35 @@ void BallProxy::arrive(Mover& ball, double radius) noexcept {
   behind_ = is_behind(ball.around(), radius);
 }
 
+std::optional<SurfacePoint> BallProxy::place_ahead(MicroTriangles& surface, const Around& around,
+                                                   double radius) noexcept {
+  const Vec3d way = last_ - centre_;
+  if (const NearTriangle* touched = that_pushes_most(around, normalized(-way), radius * (1 + kSkin))) {
+    double u = 0, v = 0;
+    const int n = surface.mesh().intervals(touched->slab);
+    for (std::size_t k = 0; k < 3; ++k) {
+      // Not on its rim: beyond that may be a hole.
+      const double weight = touched->weights[k] + kSlack * (1.0 / 3 - touched->weights[k]);
+      u += weight * touched->corners[k].i / n;
+      v += weight * touched->corners[k].j / n;
+    }
+    return point_at(surface, touched->slab, u, v, normals_);
+  }
+  // A ball that has not landed yet gets no place from what is ahead, and one in free flight keeps the last one.
+  if (surface_.slab == kNoSlab) return std::nullopt;
+  MicroTriangles ahead(surface.model());  // what this takes is not the mover's
+  const double depth = length(way);
+  const auto place = Sweep(ahead, centre_, last_ + way * (radius / depth), Crossing::In).run();
+  if (!place) return std::nullopt;
+  return point_of(surface, *place, normals_);
+}
+
 void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius, bool flies) noexcept {
   if (flies || !held_) {
     surface_ = {};
     normals_ = {};
-  } else {
-    // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
-    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kRest));
-    if (const NearTriangle* touched = that_pushes_most(around, normalized(centre_ - last_), touching)) {
-      double u = 0, v = 0;
-      const int n = surface.mesh().intervals(touched->slab);
-      for (std::size_t k = 0; k < 3; ++k) {
-        // Not on its rim: beyond that may be a hole.
-        const double weight = touched->weights[k] + kSlack * (1.0 / 3 - touched->weights[k]);
-        u += weight * touched->corners[k].i / n;
-        v += weight * touched->corners[k].j / n;
-      }
-      if (const auto point = point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
-    }
+  } else if (const auto place = place_ahead(surface, around, radius)) {
+    surface_ = *place;
   }
   touches_ = surface_.slab != kNoSlab;
   under_way_ = held_ && !touches_;

@@ -6,6 +6,7 @@
 #include <relief/haptics/foothold.h>
 
 #include <memory>
+#include <optional>
 
 namespace relief {
 
@@ -108,6 +109,9 @@ class BallProxy {
   [[nodiscard]] bool past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept;
   /// The ball stays where its mover has come to.
   void arrive(detail::ball::Mover& ball, double radius) noexcept;
+  /// Returns the place that holds the ball back: one that it touches, or all but touches; else one ahead.
+  [[nodiscard]] std::optional<SurfacePoint> place_ahead(MicroTriangles& surface, const detail::ball::Around& around,
+                                                        double radius) noexcept;
   /// Finds where it touches: nowhere where it `flies`.
   void touch(MicroTriangles& surface, const detail::ball::Around& around, double radius, bool flies) noexcept;
 

@@ -202,6 +202,24 @@ TEST(BallProxy, LeavesATwentiethOfAStepToTheNextTick) {
   }
 }
 
+/// On uneven ground a ball hardly ever comes to rest in a tick: what it all but touches is where it touches.
+TEST(BallProxy, TellsWhereItTouchesAlsoWhereItNeverRests) {
+  const SnapshotPtr waves = displaced(
+      plane_shell(16, 64, 0.02), [](Vec3d p) { return 0.5 + 0.006 * std::sin(2 * 3.14159265358979 * p.x / 0.003125); });
+  constexpr double kRadius = 0.04;
+  for (const double step : {1.5e-4, 7e-4, 2.4e-3}) {
+    BallProxy ball;
+    ball.step(*waves, {0.1, 0.05, 0.4}, kRadius);
+    lead(ball, *waves, {0.1, 0.05, 0.4}, {0.1, kRadius - 6e-4, 0.4}, kRadius, 20);
+    double farthest = 0;
+    for (double x = 0.1; x < 0.1 + 300 * step; x += step) {
+      ball.step(*waves, {x, kRadius - 6e-4, 0.4}, kRadius);
+      farthest = std::max(farthest, length(ball.surface().position - ball.centre()));
+    }
+    EXPECT_LT(farthest, 1.05 * kRadius) << step;
+  }
+}
+
 TEST(BallRange, IsFromAMillionthToATwentiethOfTheDiagonal) {
   const BallRange range = ball_range(2);
   for (const double radius : {2.1e-6, 0.01, 0.099}) EXPECT_TRUE(range.has(radius)) << radius;

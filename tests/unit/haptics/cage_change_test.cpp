@@ -298,10 +298,13 @@ TEST(CageChange, TextureFadesAsOnTheModelAsItWas) {
     ASSERT_TRUE(at);
     const SurfacePoint place = surface_point(*model, at->slab, at->u, at->v);
     const auto there = heir(model->slab_mesh(), cut->slab_mesh(), *at);
-    const TextureFade::Fade a = before.step(*model, place, {0, 1, 0}, 1e-6);
-    const TextureFade::Fade b = after.step(*cut, surface_point(*cut, there->slab, there->u, there->v), {0, 1, 0}, 1e-6);
+    const auto step = [](TextureFade& fade, const Snapshot& on, SurfacePoint touched) {
+      return fade.step(on, {touched, {0, 1, 0}, touched.position}, 1e-6);
+    };
+    const TextureFade::Fade a = step(before, *model, place);
+    const TextureFade::Fade b = step(after, *cut, surface_point(*cut, there->slab, there->u, there->v));
     const SnapshotPtr other = k == 150 ? longer : model;
-    const TextureFade::Fade c = lengthened.step(*other, surface_point(*other, at->slab, at->u, at->v), {0, 1, 0}, 1e-6);
+    const TextureFade::Fade c = step(lengthened, *other, surface_point(*other, at->slab, at->u, at->v));
     ASSERT_NEAR(a.share, b.share, 1e-9);
     ASSERT_NEAR(length(a.above - b.above), 0, 1e-9);
     ASSERT_NEAR(a.share, c.share, 0.3) << k;

@@ -24,6 +24,12 @@ SnapshotPtr waves_on_a_slope() {
                             [](Vec3d p) { return 0.5 + (wave(p.x) + kSlope * (p.x - 0.5)) / 0.2; });
 }
 
+/// A tick of a point.
+TextureFade::Fade stepped(TextureFade& fade, const Snapshot& model, const SurfacePoint& at, Vec3d normal,
+                          double unfelt = 1e-9) {
+  return fade.step(model, {at, normal, at.position}, unfelt);
+}
+
 /// 600 ticks to and fro along x; calls see(tick, fade, x) in each.
 template <typename See>
 void run(const Snapshot& model, double step, See&& see) {
@@ -34,7 +40,7 @@ void run(const Snapshot& model, double step, See&& see) {
     if (x + step < 0.05 || x + step > 0.95) step = -step;
     const auto at = probe(model, {x, 0, 0.37}, hint);
     ASSERT_TRUE(at);
-    see(tick, fade.step(model, at->surface, at->surface.normal, 1e-9), x);
+    see(tick, stepped(fade, model, at->surface, at->surface.normal), x);
   }
 }
 
@@ -68,7 +74,7 @@ TEST(TextureFade, ItEndsWhereTheTipSlowsDown) {
     double share = 0;
     for (int k = 0; k < ticks; ++k, x += step) {
       const auto at = probe(*model, {x, 0, 0.37}, hint);
-      share = at ? fade.step(*model, at->surface, at->surface.normal, 1e-9).share : -1;
+      share = at ? stepped(fade, *model, at->surface, at->surface.normal).share : -1;
     }
     return share;
   };
@@ -83,7 +89,7 @@ TEST(TextureFade, ItEndsAsSoonAsAfterAnyFasterHand) {
   double share = 0;
   const auto at = [&](double x) {
     const auto place = probe(*model, {x, 0, 0.37}, hint);
-    share = place ? fade.step(*model, place->surface, place->surface.normal, 1e-9).share : -1;
+    share = place ? stepped(fade, *model, place->surface, place->surface.normal).share : -1;
   };
   double x = 0.05, step = kPitch / 1.02;
   for (int k = 0; k < 400; ++k, x += step) {
@@ -112,7 +118,7 @@ TEST(TextureFade, ATickInThreeThatRunsOverManyWavesIsNotMost) {
       }
       const auto at = probe(*model, {x, 0, 0.02}, hint);
       ASSERT_TRUE(at);
-      most = std::max(most, fade.step(*model, at->surface, at->surface.normal, 1e-9).share);
+      most = std::max(most, stepped(fade, *model, at->surface, at->surface.normal).share);
     }
     EXPECT_EQ(most, every == 1 ? 1 : 0) << every;
   }
@@ -125,9 +131,9 @@ TEST(TextureFade, WhatItRanOverLatelyIsThatOfEightTicks) {
   ASSERT_TRUE(at);
   const Vec3d before = {0, 1, 0}, after = normalized(Vec3d{0.01, 1, 0});
   TextureFade fade;
-  Vec3d lately = fade.step(*model, at->surface, before, 1e-9).normal;
+  Vec3d lately = stepped(fade, *model, at->surface, before).normal;
   EXPECT_EQ(lately, before);
-  for (int k = 0; k < 8; ++k) lately = fade.step(*model, at->surface, after, 1e-9).normal;
+  for (int k = 0; k < 8; ++k) lately = stepped(fade, *model, at->surface, after).normal;
   EXPECT_NEAR(lately.x / after.x, 1 - std::pow(7.0 / 8, 8), 1e-3);
 }
 
@@ -146,7 +152,7 @@ TEST(TextureFade, OfATicksWayItLooksAtThirtyTwoPieces) {
       if (cell + way < 8 || cell + way > 120) way = -way;
       const auto at = probe(*model, {(cell + 0.5) / kCells, 0, 0.02}, hint);
       ASSERT_TRUE(at);
-      share = fade.step(*model, at->surface, at->surface.normal, 1e-9).share;
+      share = stepped(fade, *model, at->surface, at->surface.normal).share;
     }
     EXPECT_EQ(share, leap == 16 ? 1 : 0) << leap;
   }
@@ -163,7 +169,7 @@ TEST(TextureFade, WhatIsTakenOffGrowsByAQuarterPerTurn) {
     const double x = 0.05 + tick * kPitch / 1.1;
     const auto at = probe(*model, {x, 0, 0.37}, hint);
     ASSERT_TRUE(at);
-    most = std::max(most, std::abs(fade.step(*model, at->surface, at->surface.normal, 1e-10).above.y));
+    most = std::max(most, std::abs(stepped(fade, *model, at->surface, at->surface.normal, 1e-10).above.y));
     if (first < 0 && most > 0.5 * kHeight) first = tick;
   }
   EXPECT_GT(first, 38);
@@ -205,6 +211,72 @@ TEST(TextureFade, ARigidToolThatTouchesWithOnePointFeelsNothingOfWhatGoesByTooFa
     const double slow = felt_of_waves(*model, kEdge, tool, pitch, 0.0131);
     EXPECT_NEAR(slow, 400 * kHigh, 0.1 * 400 * kHigh) << pitch;
     EXPECT_LT(felt_of_waves(*model, kEdge, tool, pitch, 0.2), 0.1 * slow) << pitch;
+  }
+}
+
+/// Waves of one height in m along a sheet of 0.08 m.
+SnapshotPtr waves_of(double pitch, double high) {
+  constexpr double kEdge = 0.08;
+  return testing::displaced(testing::plane_shell(16, 128, 0.02), [=](Vec3d p) {
+    return 0.5 + high / kEdge / 0.04 * std::sin(2 * std::numbers::pi * p.x * kEdge / pitch);
+  });
+}
+
+/// By how much the force of a tool strays from its mean in a slide of so many ticks per wave, root mean square; N. Its
+/// origin is `up` above the surface where it touches a flat one; m.
+double straying(const Snapshot& model, const TouchTool& tool, double up, double depth, double pitch,
+                double ticks_per_wave) {
+  constexpr double kEdge = 0.08;
+  ServoSettings settings = testing::settings_with(400, 0, 0, kEdge);
+  settings.tool = tool;
+  testing::Driver hand(settings, testing::strong_device());
+  const double step = pitch / ticks_per_wave / kEdge;
+  for (int k = 0; k < 30; ++k) static_cast<void>(hand.at(model, {0.1, (up + 1e-3) / kEdge, 0.4}));
+  for (int k = 0; k < 100; ++k) static_cast<void>(hand.at(model, {0.1, (up - depth) / kEdge, 0.4}));
+  double sum = 0, squares = 0;
+  for (int k = 0; k < 270; ++k) {
+    const double felt = hand.at(model, {0.1 + k * step, (up - depth) / kEdge, 0.4 + 1e-4 * k}).force.y;
+    if (k < 120) continue;
+    sum += felt / 150;
+    squares += felt * felt / 150;
+  }
+  return std::sqrt(std::max(0.0, squares - sum * sum));
+}
+
+TEST(TextureFade, ARigidToolThatTouchesWithManyPointsFeelsNoMoreWhereItIsFast) {
+  constexpr double kFine = 0.25e-3, kHigh = 0.4e-6;  // m
+  std::vector<Vec3d> brush;
+  for (int k = 0; k < 25; ++k) brush.push_back({0.01186 * (k % 5), 0, 0.01934 * (k / 5)});
+  const SnapshotPtr model = waves_of(kFine, kHigh);
+  for (const double ticks_per_wave : {1.3, 1.6, 4.7, 20.3}) {
+    const double felt = straying(*model, {.points = brush}, 0, 20e-6, kFine, ticks_per_wave);
+    EXPECT_LT(felt, 0.05 * 400 * kHigh) << ticks_per_wave << ": its points rest on many waves";
+  }
+}
+
+TEST(TextureFade, ABallFeelsLessOfWhatGoesByTooFast) {
+  constexpr double kFine = 0.25e-3, kHigh = 20e-6, kRadius = 0.2e-3;  // m
+  const SnapshotPtr model = waves_of(kFine, kHigh);
+  const auto felt = [&](double ticks_per_wave) {
+    return straying(*model, {.radius = kRadius / 0.08}, kRadius, 50e-6, kFine, ticks_per_wave);
+  };
+  const double slow = felt(20.3);
+  EXPECT_GT(slow, 0.4 * 400 * kHigh);
+  EXPECT_LT(felt(1.3), 0.5 * slow);
+  EXPECT_LT(felt(1.6), 0.4 * slow);
+}
+
+/// A tool that touches now here, now there has not run over what lies between.
+TEST(TextureFade, FromOnePointOfAToolToAnotherIsNoWay) {
+  const SnapshotPtr model = waves_on_a_slope();
+  TextureFade fade;
+  LocateHint hint;
+  for (int k = 0; k < 300; ++k) {
+    const double x = 0.1 + k * kPitch / 50;
+    const auto at = probe(*model, {x + (k % 2 == 0 ? 0 : 0.05), 0, 0.37}, hint);
+    ASSERT_TRUE(at);
+    const TextureFade::Felt felt = {at->surface, {0, 1, 0}, {x, 0, 0.37}, false};
+    ASSERT_EQ(fade.step(*model, felt, 1e-9).share, 0) << k;
   }
 }
 
