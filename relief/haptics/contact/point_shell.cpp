@@ -12,6 +12,7 @@ namespace {
 constexpr double kNorm = 16;      // 1,000 equal depths push 2.37 times as hard as one, 1,000^(2/16)
 constexpr double kForesight = 3;  // lengths of its way for which a point is said at once that it is clear
 constexpr std::size_t kRays = 4;  // points in a tick that are looked for below the slabs
+constexpr double kRest = 1e-6;    // of the tool's reach: a way that is none
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kStep = 10;
 constexpr int kFirst = 200;  // to begin a contact; to tell a point that it is clear may take no longer
@@ -31,7 +32,10 @@ PointShell::PointShell(std::span<const Vec3d> points)
   }
   if (points_.empty()) return;
   ball_.middle = box.centre();
-  for (const Point& point : points_) ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
+  for (const Point& point : points_) {
+    ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
+    reach_ = std::max(reach_, length(point.own));
+  }
 }
 
 double PointShell::most_stiffening() const noexcept {
@@ -41,7 +45,7 @@ double PointShell::most_stiffening() const noexcept {
 void PointShell::reset() noexcept {
   started_ = false;
   held_ = 0;
-  push_ = twist_ = {};
+  answer_ = {};
 }
 
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
@@ -130,6 +134,7 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) no
 
 void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
   started_ = true;
+  origin_ = pose.origin;
   model_ = model.number();
   cage_ = model.slab_mesh().number();
   most_depth_ = 0;
@@ -143,6 +148,7 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
   const bool other = model.number() != model_, other_cage = model.slab_mesh().number() != cage_;
   model_ = model.number();
   cage_ = model.slab_mesh().number();
+  double travel2 = 0;
   // Where the cage is another one each held point tells for itself whether that is felt.
   settling_ = other && !other_cage;
   for (Point& point : points_) {
@@ -151,20 +157,24 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
       if (length(point.now - point.last) < point.room) point.last = point.now;
       point.room = 0;
     }
-    point.now = pose.place(point.own);
+    const Vec3d now = pose.place(point.own);
+    travel2 = std::max(travel2, detail::distance2(point.now, now));
+    point.now = now;
   }
+  travel_ = std::sqrt(travel2);
 }
 
 bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
-  rise_ = depth_ = 0;
+  rise_ = 0;
   lost_ = false;
   held_ = worked_ = work_ = waited_ = 0;
-  push_ = twist_ = {};
+  const Answer before = std::exchange(answer_, {});
   ++tick_;
   if (!started_) {
     start(model, pose);
     return false;
   }
+  const bool same_model = model.number() == model_;
   move(model, pose);
   MicroTriangles surface(model);
   // From where the last tick came to its end.
@@ -173,8 +183,24 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
     next_ = next_ + 1 < points_.size() ? next_ + 1 : 0;
   }
   sum(pose.origin);
-  if (depth_ > 0) surface_ = proxies_[deepest_].surface(model);
-  return held_ > 0;
+  if (answer_.depth > 0) surface_ = proxies_[deepest_].surface(model);
+  // What an edit changes is blended in the servo.
+  if (same_model && !settling_ && before.depth > 0) follow(before, pose.origin - origin_);
+  origin_ = pose.origin;
+  return held_ > 0 || answer_.depth > 0;
+}
+
+void PointShell::follow(const Answer& before, Vec3d move) noexcept {
+  const Answer rests = answer_;
+  // Where the tool would be if nothing gave way, from where it is.
+  const Vec3d was = before.push - move;
+  const double way = std::max(length(rests.push - was), length(rests.twist - before.twist) / reach_);
+  const double may = std::max(detail::budget(travel_, length(was)), kRest * reach_);
+  if (!(way > may)) return;
+  const double share = may / way;
+  answer_.push = was + (rests.push - was) * share;
+  answer_.twist = before.twist + (rests.twist - before.twist) * share;
+  answer_.depth = before.depth + (rests.depth - before.depth) * share;
 }
 
 void PointShell::sum(Vec3d origin) noexcept {
@@ -201,18 +227,18 @@ void PointShell::sum(Vec3d origin) noexcept {
     weights += weight;
     mean += from * weight;
     around += dot(aside, aside) * weight;
-    push_ += push;
-    twist_ += cross(point.now - origin, push);
+    answer_.push += push;
+    answer_.twist += cross(point.now - origin, push);
   }
   mean = mean / weights;
   touched_ = centre + mean;
   const Vec3d aside = mean - across * dot(mean, across);
   spread_ = std::sqrt(std::max(0.0, around / weights - dot(aside, aside)));
   // The gradient of D^2 / 2, where D is the norm: D (depth / D)^15 along each way out.
-  depth_ = most_depth_ * std::pow(norm, 1 / kNorm);
+  answer_.depth = most_depth_ * std::pow(norm, 1 / kNorm);
   const double scale = most_depth_ * std::pow(norm, 2 / kNorm - 1);
-  push_ *= scale;
-  twist_ *= scale;
+  answer_.push *= scale;
+  answer_.twist *= scale;
 }
 
 }  // namespace relief

@@ -35,7 +35,9 @@ class PointShell {
   /// Returns whether a tool of which no point is held lies in the solid: its first point tells. Others that are in a
   /// slab below the surface come out of it in the next ticks.
   [[nodiscard]] bool is_buried(const Snapshot& model, const ToolPose& pose) const noexcept;
-  /// Returns one tick: the tool has moved to `pose`, and the model may have changed. Whether a point is held.
+  /// Returns one tick: the tool has moved to `pose`, and the model may have changed. Returns whether it is pushed, or a
+  /// point is held. Its push changes by no more than what is held may go: 10 times the way of the tool's points, or 2 %
+  /// of the push.
   bool step(const Snapshot& model, const ToolPose& pose) noexcept;
 
   /// Returns how far the surface rose in this tick under a held point, or past a free one, at most, model units.
@@ -52,12 +54,12 @@ class PointShell {
   /// For how many ticks a point that was dealt with in this one had waited for that, at most.
   [[nodiscard]] int waited() const noexcept { return waited_; }
   /// The rest is for a tool that is pushed. The depth of all points together, model units.
-  [[nodiscard]] double depth() const noexcept { return depth_; }
+  [[nodiscard]] double depth() const noexcept { return answer_.depth; }
   /// Returns the force of a spring of stiffness 1: depth() for one point, up to the square root of most_stiffening()
   /// times that where many are equally deep. Model units.
-  [[nodiscard]] Vec3d push() const noexcept { return push_; }
+  [[nodiscard]] Vec3d push() const noexcept { return answer_.push; }
   /// Returns its torque about the pose's origin, model units squared.
-  [[nodiscard]] Vec3d twist() const noexcept { return twist_; }
+  [[nodiscard]] Vec3d twist() const noexcept { return answer_.twist; }
   /// Returns the surface contact point of the deepest point, or of the last that was.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
   /// Returns where the tool touches: the mean of the points that push, by their parts of the push; and how far around
@@ -85,6 +87,11 @@ class PointShell {
     /// Returns the way out of a point that was not worked on in this tick stays as it was; only the point has moved.
     [[nodiscard]] double depth_now() const noexcept { return std::max(0.0, depth - dot(now - last, way_out)); }
   };
+  /// Holds how the tool is pushed.
+  struct Answer {
+    Vec3d push, twist;
+    double depth = 0;
+  };
   void start(const Snapshot& model, const ToolPose& pose) noexcept;
   /// Takes in where the tool is now, and which model it is in.
   void move(const Snapshot& model, const ToolPose& pose) noexcept;
@@ -92,6 +99,9 @@ class PointShell {
   [[nodiscard]] bool stays_clear(MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept;
   void work_on(MicroTriangles& surface, Point& point, Proxy& proxy) noexcept;
   void sum(Vec3d origin) noexcept;
+  /// Leads the push over to that of the points by no more than what is held may go in a tick: a point that slips off a
+  /// ridge, or comes free, leaves the tool to the others in steps. `move`: of the tool's origin.
+  void follow(const Answer& before, Vec3d move) noexcept;
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
@@ -106,11 +116,15 @@ class PointShell {
   std::uint32_t tick_ = 0;
   std::size_t next_ = 0;   ///< the point that is dealt with first in the next tick
   std::size_t clean_ = 0;  ///< points that were found not to be below the slabs, one after the other
-  double rise_ = 0, depth_ = 0, most_depth_ = 0;
+  double rise_ = 0, most_depth_ = 0;
   std::size_t deepest_ = 0;
   bool lost_ = false, settling_ = false;
   int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
-  Vec3d push_, twist_, touched_;
+  Answer answer_;
+  Vec3d origin_;       ///< of the tool in the last tick
+  double travel_ = 0;  ///< how far its points went in this tick, at most
+  double reach_ = 0;   ///< of its points from its origin
+  Vec3d touched_;
   double spread_ = 0;
   SurfacePoint surface_;
 };

@@ -313,12 +313,74 @@ TEST(PointShell, LetsGoWhereTheHandTakesItOutPastARim) {
   double deepest = 0;
   for (int k = 0; k < 800; ++k) {
     hand += k < 200 ? Vec3d{0, -1e-3, 0} : Vec3d{1e-3, 0, 0};  // down through the disc, and out past its rim
+    const Vec3d before = shell.push();
     shell.step(*disc, {hand, {}});
     EXPECT_FALSE(shell.settling()) << "it is the hand that lets go, " << k;
+    EXPECT_LE(length(shell.push() - before), 1e-3 + std::max(10e-3, 0.02 * length(before))) << k;
     deepest = std::max(deepest, shell.depth());
   }
   EXPECT_GT(deepest, 0.05);
   EXPECT_EQ(shell.push(), (Vec3d{}));
+}
+
+/// A bar of two ends lies across a ridge that is lower on one side; the hand pushes it along, until one end slips off
+/// and then the other one. Neither the push nor the torque drops by more than the hand's way allows, and under a hand
+/// at rest they go by a fiftieth of what is left in a tick.
+TEST(PointShell, APointThatSlipsOffLeavesThePushInSteps) {
+  const SnapshotPtr step = displaced(testing::plane_shell(8, 32, 0.5), [](Vec3d p) { return p.x < 0.5 ? 0.8 : 0.2; });
+  constexpr double kArm = 0.1, kMove = 5e-4;
+  for (const bool rests : {false, true}) {
+    PointShell shell(std::vector<Vec3d>{{0.01, 0, -kArm}, {0, 0, kArm}});
+    Vec3d hand = {0.42, 0.4, 0.5};
+    shell.step(*step, {hand, {}});
+    for (int k = 0; k < 300; ++k) shell.step(*step, {hand -= Vec3d{0, 5e-4, 0}, {}});
+    ASSERT_GT(shell.push().y, 0.04);
+    int slipped = 0;
+    for (int k = 0; k < 800 && !(rests && slipped > 0 && shell.held() == 0); ++k) {
+      const Vec3d push = shell.push(), twist = shell.twist();
+      const int held = shell.held();
+      shell.step(*step, {hand += Vec3d{kMove, 0, 0}, {}});
+      slipped += shell.held() < held ? 1 : 0;
+      EXPECT_LE(length(shell.push() - push), 11 * kMove) << k;
+      EXPECT_LE(length(shell.twist() - twist), 10 * kMove * 1.1 * kArm) << k;
+    }
+    EXPECT_EQ(slipped, 2);
+    for (int k = 0; rests && k < 200; ++k) {
+      const double push = length(shell.push());
+      shell.step(*step, {hand, {}});
+      EXPECT_NEAR(length(shell.push()), 0.98 * push, 1e-6) << k;
+    }
+    if (!rests) {
+      EXPECT_EQ(shell.push(), Vec3d{});
+    }
+  }
+}
+
+/// The tool is led on closed ways, through ridges off which its points slip: the hand gets no more than it put in.
+TEST(PointShell, OverClosedWaysTheHandGetsNothing) {
+  const SnapshotPtr ridges = displaced(testing::plane_shell(8, 32, 0.5), [](Vec3d p) {
+    return 0.5 + 0.3 * std::pow(std::cos(20 * p.x) * std::cos(20 * p.z), 4);
+  });
+  double most = 0;
+  for (const double turn : {0.0, 1.0, 2.5}) {
+    PointShell shell(sphere_points(60, 0.03));
+    Vec3d hand = {0.5, 0.5, 0.5 + 0.2 * std::sin(turn)}, push;
+    shell.step(*ridges, {hand, {}});
+    double got = 0;
+    for (int k = 1; k <= 6000; ++k) {
+      const double t = 2 * std::numbers::pi * k / 3000;
+      const Vec3d next = {0.5 + 0.2 * std::sin(t) * std::cos(turn), 0.2 + 0.3 * std::cos(t) * std::cos(0.5 * t),
+                          0.5 + 0.2 * std::sin(t + turn)};
+      shell.step(*ridges, {next, {}});
+      got += dot((shell.push() + push) * 0.5, next - hand);
+      push = shell.push();
+      most = std::max(most, 0.5 * shell.depth() * shell.depth());
+      hand = next;
+    }
+    EXPECT_EQ(push, Vec3d{});
+    EXPECT_LT(got, 1e-3 * most) << turn;
+  }
+  EXPECT_GT(most, 1e-4);
 }
 
 TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
