@@ -134,7 +134,7 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) no
 
 void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
   started_ = true;
-  origin_ = pose.origin;
+  pose_ = pose;
   model_ = model.number();
   cage_ = model.slab_mesh().number();
   most_depth_ = 0;
@@ -148,7 +148,6 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
   const bool other = model.number() != model_, other_cage = model.slab_mesh().number() != cage_;
   model_ = model.number();
   cage_ = model.slab_mesh().number();
-  double travel2 = 0;
   // Where the cage is another one each held point tells for itself whether that is felt.
   settling_ = other && !other_cage;
   for (Point& point : points_) {
@@ -157,11 +156,8 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
       if (length(point.now - point.last) < point.room) point.last = point.now;
       point.room = 0;
     }
-    const Vec3d now = pose.place(point.own);
-    travel2 = std::max(travel2, detail::distance2(point.now, now));
-    point.now = now;
+    point.now = pose.place(point.own);
   }
-  travel_ = std::sqrt(travel2);
 }
 
 bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
@@ -185,17 +181,19 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
   sum(pose.origin);
   if (answer_.depth > 0) surface_ = proxies_[deepest_].surface(model);
   // What an edit changes is blended in the servo.
-  if (same_model && !settling_ && before.depth > 0) follow(before, pose.origin - origin_);
-  origin_ = pose.origin;
+  if (same_model && !settling_ && before.depth > 0) follow(before, pose);
+  pose_ = pose;
   return held_ > 0 || answer_.depth > 0;
 }
 
-void PointShell::follow(const Answer& before, Vec3d move) noexcept {
+void PointShell::follow(const Answer& before, const ToolPose& pose) noexcept {
   const Answer rests = answer_;
+  const Vec3d move = pose.origin - pose_.origin;
+  const double turn = 2 * std::acos(std::min(1.0, std::abs(dot(pose.orientation, pose_.orientation))));
   // Where the tool would be if nothing gave way, from where it is.
   const Vec3d was = before.push - move;
   const double way = std::max(length(rests.push - was), length(rests.twist - before.twist) / reach_);
-  const double may = std::max(detail::budget(travel_, length(was)), kRest * reach_);
+  const double may = std::max(detail::budget(length(move) + reach_ * turn, length(was)), kRest * reach_);
   if (!(way > may)) return;
   const double share = may / way;
   answer_.push = was + (rests.push - was) * share;

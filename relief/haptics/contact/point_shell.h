@@ -100,8 +100,8 @@ class PointShell {
   void work_on(MicroTriangles& surface, Point& point, Proxy& proxy) noexcept;
   void sum(Vec3d origin) noexcept;
   /// Leads the push over to that of the points by no more than what is held may go in a tick: a point that slips off a
-  /// ridge, or comes free, leaves the tool to the others in steps. `move`: of the tool's origin.
-  void follow(const Answer& before, Vec3d move) noexcept;
+  /// ridge, or comes free, leaves the tool to the others in steps.
+  void follow(const Answer& before, const ToolPose& pose) noexcept;
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
@@ -121,9 +121,8 @@ class PointShell {
   bool lost_ = false, settling_ = false;
   int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
   Answer answer_;
-  Vec3d origin_;       ///< of the tool in the last tick
-  double travel_ = 0;  ///< how far its points went in this tick, at most
-  double reach_ = 0;   ///< of its points from its origin
+  ToolPose pose_;     ///< of the last tick
+  double reach_ = 0;  ///< of its points from its origin
   Vec3d touched_;
   double spread_ = 0;
   SurfacePoint surface_;
