@@ -15,19 +15,35 @@
 
 namespace relief::detail::ball {
 
-constexpr int kMost = 10;         // micro-triangles that are minded at a time
-constexpr double kSkin = 1e-3;    // of the radius: how far beyond it they are minded before the ball comes there
-constexpr double kStride = 0.5;   // of the radius: how far the ball goes at a time where it may meet something
-constexpr double kRest = 1e-6;    // of the radius: a step that is none
-constexpr double kEnough = 0.05;  // of the longest step of a tick: what is left to the next
-constexpr double kSlack = 1e-9;   // of the radius, or of a triangle: rounding
-constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
-// What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further.
+// Micro-triangles that are minded at a time. With half as many, a cone that rises does not push the ball out at once
+// (AConeThatRisesDeepIntoItPushesItOutAtOnce); with twice as many, looking takes too long (GoesWithMaterialThatRises-).
+constexpr int kMost = 10;
+// Of the radius: so far beyond it they are minded before the ball comes there, so that a step does not first run into
+// what lies beside it (MindsWhatIsAThousandthOfTheRadiusBeyondIt).
+constexpr double kSkin = 1e-3;
+// Of the radius: so far the ball goes at a time where it may meet something. Longer steps are tried in vain, shorter
+// ones are too many (GoesWithMaterialThatRisesUnderItHoweverLongItLooks).
+constexpr double kStride = 0.5;
+// Of the radius: a step that is none (LessThanAMillionthOfTheRadiusIsNoStep).
+constexpr double kRest = 1e-6;
+// Of the longest step of a tick: what is left to the next, which is felt as roughness on fine texture. A tenth of it
+// takes 10 to 25 % more time (LeavesATwentiethOfAStepToTheNextTick).
+constexpr double kEnough = 0.05;
+constexpr double kSlack = 1e-9;  // of the radius, or of a triangle: rounding
+// Of the radius: unevenness that the ball does not feel (UnevennessOfThreeHundredThousandthsIsNotFelt).
+constexpr double kFlat = 3e-5;
+// What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further. Half of
+// it is too little for a ball on dense ground (RestsOnTheRimOfAHoleAndOfASheet), twice as much too long
+// (NoTickTakesLong).
 constexpr int kWork = 480;
 constexpr int kTriangleWork = 2;  // work units of a near triangle
 constexpr int kStepWork = 8;      // work units of a step beside its query
-constexpr int kMostWaits = 2;     // ticks in which the ball may be late, or left where it is, for want of time to see;
-constexpr int kMostDoubled = 3;   // each that follows may take twice as much, so many times
+// Ticks in which the ball may be late, or left where it is, for want of time to see. With more, it does not land in
+// time on a rim (RestsOnTheRimOfAHoleAndOfASheet).
+constexpr int kMostWaits = 2;
+// Each tick that follows may take twice as much, so many times. With fewer, the ball waits for longer than 12 ticks
+// (WhereALookTakesTooLongItWaitsForAFewTicksOnly).
+constexpr int kMostDoubled = 3;
 constexpr int kMostWork = kWork << kMostDoubled;  // and where the model has changed
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.

@@ -9,10 +9,13 @@ namespace relief {
 
 namespace {
 
-constexpr double kNorm = 16;      // 1,000 equal depths push 2.37 times as hard as one, 1,000^(2/16)
-constexpr double kForesight = 3;  // lengths of its way for which a point is said at once that it is clear
-constexpr std::size_t kRays = 4;  // points in a tick that are looked for below the slabs
-constexpr double kRest = 1e-6;    // of the tool's reach: a way that is none
+// 1,000 equal depths push 2.37 times as hard as one, 1,000^(2/16) (PointsEquallyDeepPushByTheEighthRootOfTheirNumber).
+constexpr double kNorm = 16;
+// Lengths of its way for which a point is said at once that it is clear (AFreePointIsClearForThreeOfItsWays).
+constexpr double kForesight = 3;
+// Points in a tick that are looked for below the slabs (LooksForFourPointsAmongTheSlabsATick).
+constexpr std::size_t kRays = 4;
+constexpr double kRest = 1e-6;  // of the tool's reach: a way that is none
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kStep = 10;
 constexpr int kFirst = 200;  // to begin a contact; to tell a point that it is clear may take no longer
@@ -123,7 +126,8 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) no
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
   const int samples = proxy.samples_placed();
-  work_ += kStep + samples * 4 / 3;
+  work_ +=
+      kStep + samples * 4 / 3;  // as measured: beside a placed sample its triangle is looked at (OnePointIsAsAProxy)
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
   if (proxy.lost()) {

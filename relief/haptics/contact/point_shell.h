@@ -18,7 +18,9 @@ namespace relief {
 class PointShell {
  public:
   static constexpr std::size_t kMostPoints = TouchTool::kMostPoints;
-  static constexpr int kWork = 6400;  ///< in the time of a sample that is placed, about 25 ns
+  /// In the time of a sample that is placed, about 25 ns: 0.16 ms of a tick. With half of it, points wait too long
+  /// (NoPointWaitsLong).
+  static constexpr int kWork = 6400;
 
   /// Points in the tool's own frame, model units; those beyond kMostPoints are left out.
   explicit PointShell(std::span<const Vec3d> points);

@@ -350,9 +350,8 @@ TEST(PointShell, APointThatSlipsOffLeavesThePushInSteps) {
       shell.step(*step, {hand, {}});
       EXPECT_NEAR(length(shell.push()), 0.98 * push, 1e-6) << k;
     }
-    if (!rests) {
-      EXPECT_EQ(shell.push(), Vec3d{});
-    }
+    for (int k = 0; rests && k < 700; ++k) shell.step(*step, {hand, {}});
+    EXPECT_EQ(shell.push(), Vec3d{});
   }
 }
 
