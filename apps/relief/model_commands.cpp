@@ -426,15 +426,15 @@ Status run_convert(ConvertOptions& o, const Context& context) {
 /// The share of the slabs' diagonal within which a sample must lie from where its fibre meets the source.
 constexpr double kSampleTolerance = 1e-6;
 
-/// Of each root, whether its fibres are where they were when the model was made.
+/// Of each root, whether it is one of the model as it was made, and its fibres are where they were.
 std::vector<bool> roots_in_place(const SlabMesh& now, const SlabMesh& made) {
   std::vector<bool> in_place(now.roots().size());
-  if (!std::ranges::equal(now.roots(), made.roots(), {}, &Slab::fibres, &Slab::fibres)) return in_place;
-  for (std::size_t s = 0; s < in_place.size(); ++s)
-    in_place[s] = std::ranges::all_of(now.roots()[s].fibres, [&](FibreId f) {
-      return now.root_fibres()[f].inner == made.root_fibres()[f].inner &&
-             now.root_fibres()[f].outer == made.root_fibres()[f].outer;
-    });
+  const auto stays = [&](FibreId f) {
+    return now.root_fibres()[f].inner == made.root_fibres()[f].inner &&
+           now.root_fibres()[f].outer == made.root_fibres()[f].outer;
+  };
+  for (std::size_t s = 0; s < std::min(in_place.size(), made.roots().size()); ++s)
+    in_place[s] = now.roots()[s].fibres == made.roots()[s].fibres && std::ranges::all_of(now.roots()[s].fibres, stays);
   return in_place;
 }
 
@@ -442,25 +442,21 @@ constexpr std::array kJudged = {Layer::Displacement, Layer::Void, Layer::Folded}
 
 /// Of each root in place, whether no stroke changed a sample of it: the pieces that it was cut into have what follows
 /// from the samples it had.
-std::vector<bool> roots_as_sampled(const Snapshot& head, const SnapshotPtr& first, std::vector<bool> in_place) {
-  const SlabMesh &mesh = head.slab_mesh(), &made = first->slab_mesh();
-  const auto none = [&] { return std::vector<bool>(in_place.size()); };
-  if (mesh.cuts().size() < made.cuts().size() ||
-      !std::ranges::equal(mesh.cuts().first(made.cuts().size()), made.cuts()) ||
-      mesh.roots().size() != made.roots().size())
-    return none();
-  Detail detail;
-  const auto cuts = mesh.cuts().subspan(made.cuts().size());
-  detail.cuts.assign(cuts.begin(), cuts.end());
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) detail.grids.push_back({Layer::Displacement, s, mesh.intervals(s)});
-  const auto expected = with_detail(first, detail);
-  if (!expected) return none();
+std::vector<bool> roots_as_sampled(const Snapshot& head, const Snapshot& first, std::vector<bool> in_place) {
+  const SlabMesh& mesh = head.slab_mesh();
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    const bool same = std::ranges::all_of(kJudged, [&](Layer layer) {
-      return head.has(layer) == (*expected)->has(layer) &&
-             (!head.has(layer) || head.tile(layer, s).same_values((*expected)->tile(layer, s)));
-    });
-    if (!same || (s < in_place.size() && made.level(s) > 0)) in_place[mesh.root_place(s).root] = false;
+    const RootPlace place = mesh.root_place(s);
+    if (!in_place[place.root]) continue;
+    const bool same = first.slab_mesh().level(place.root) == 0 && std::ranges::all_of(kJudged, [&](Layer layer) {
+                        if (head.has(layer) != first.has(layer)) return false;
+                        if (!head.has(layer)) return true;
+                        const TilePtr& then = first.shared_tile(layer, place.root);
+                        const int n = head.intervals(layer, s);
+                        if (place.level == 0 && n == then->intervals()) return head.tile(layer, s).same_values(*then);
+                        return can_carry(then->intervals(), place, n) &&
+                               head.tile(layer, s).same_values(*part_of(*then, layer, place, n));
+                      });
+    if (!same) in_place[place.root] = false;
   }
   return in_place;
 }
@@ -468,7 +464,7 @@ std::vector<bool> roots_as_sampled(const Snapshot& head, const SnapshotPtr& firs
 /// Compares the samples of all roots that no stroke has changed.
 verify::SampleCheck compare_samples(const Snapshot& head, const SnapshotPtr& first, const std::vector<bool>& in_place,
                                     const PlainCage& shell, const PlainSource& source, const Progress& progress) {
-  const std::vector<bool> as_sampled = first ? roots_as_sampled(head, first, in_place) : in_place;
+  const std::vector<bool> as_sampled = first ? roots_as_sampled(head, *first, in_place) : in_place;
   std::array<std::vector<verify::SampleTile>, kJudged.size()> tiles;
   for (SlabId s = 0; s < as_sampled.size(); ++s)
     for (std::size_t k = 0; k < kJudged.size(); ++k) {

@@ -4,6 +4,7 @@
 #include <relief/convert/room/fibre_lengthening.h>
 #include <relief/convert/room/old_surface.h>
 #include <relief/convert/room/reach_wanted.h>
+#include <relief/convert/room/root_split.h>
 #include <relief/convert/room/solids.h>
 #include <relief/convert/room/surface_resampling.h>
 #include <relief/convert/support/sort_unique.h>
@@ -87,19 +88,23 @@ SnapshotPtr root_view(const Snapshot& surface) {
 /// A room, and what is lacking in it.
 struct Attempt {
   RoomMade made;
-  double lack = 0;  ///< as in Lengthened
+  double lack = 0;       ///< as in Lengthened
+  bool is_sound = true;  ///< as in Lengthened
 };
-/// `roots`: the surface without detail. Where not less would be lacking than `most`, the surface is not sampled.
+/// `roots`: the surface without detail. `untested`: as in lengthen_for(). Where not less would be lacking than `most`,
+/// the surface is not sampled.
 Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& roots, const RoomWanted& wanted,
-                        const RoomGoals& goals, double most, const Progress& progress) {
+                        const RoomGoals& goals, std::span<const FibreId> untested, double most,
+                        const Progress& progress) {
   // All begins again with less freedom for fibres along which the surface cannot be sampled.
   constexpr int kTries = 4;
   Restrained restrained;
   for (int tries = 1;; ++tries) {
     Attempt attempt;
     RoomMade& made = attempt.made;
-    Lengthened longer = lengthen_for(roots, wanted, goals, way, restrained, progress);
+    Lengthened longer = lengthen_for(roots, wanted, goals, way, restrained, untested, progress);
     if (progress.cancelled()) return cancelled();
+    attempt.is_sound = longer.is_sound;
     made.before = std::move(longer.before);
     made.after = std::move(longer.after);
     made.on_lattice = longer.on_lattice;
@@ -134,6 +139,47 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
   }
 }
 
+/// Returns how far a tool is off somewhere, at most.
+double worst(const RoomMade& made) noexcept {
+  double most = made.overhang_after;
+  for (const RoomLack& lack : made.after) most = std::max(most, lack.lack);
+  return most;
+}
+
+bool is_enough(const RoomMade& made, const RoomGoals& goals) noexcept {
+  return made.after.empty() && made.overhang_after <= Room::kLeastOverhang * goals.diagonal;
+}
+
+/// Room between the roots that there are.
+Result<RoomMade> room_between_roots(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
+                                    const Progress& progress) {
+  // Without detail the surface shows it as it is.
+  const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
+  const Snapshot& roots = view ? *view : surface;
+  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, roots, wanted, goals, {}, Box3d::kFar, progress));
+  if (is_enough(first.made, goals) || !first.made.on_lattice) return std::move(first.made);
+  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, roots, wanted, goals, {}, first.lack, progress));
+  return std::move(second.lack < first.lack ? second.made : first.made);
+}
+
+/// Room between halves of these; nothing has moved where there are none that hold.
+Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& wanted, RoomGoals goals,
+                                     const Progress& progress) {
+  const std::optional<SplitRoots> split = split_roots(surface, wanted);
+  if (!split) return RoomMade{};
+  // What halving has moved already may not be moved again.
+  goals.most_moved -= split->surface_moved / goals.diagonal;
+  if (!(goals.most_moved > 0)) return RoomMade{};
+  const SnapshotPtr view = split->model->slab_mesh().has_detail() ? root_view(*split->model) : nullptr;
+  RELIEF_TRY(Attempt attempt, room_by(RoomWay::Shrink, *split->model, view ? *view : *split->model, wanted, goals,
+                                      split->fibres, Box3d::kFar, progress));
+  if (!attempt.is_sound || attempt.made.moved.empty()) return RoomMade{};
+  attempt.made.split = split->model;
+  attempt.made.halved = split->halved;
+  attempt.made.surface_moved += split->surface_moved;
+  return std::move(attempt.made);
+}
+
 }  // namespace
 
 Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
@@ -141,29 +187,29 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
   if (!is_usable(wanted, goals))
     return fail(Errc::InvalidArgument,
                 "the solids that want room, or the goals for it, are not numbers that make sense.");
-  // Without detail the surface shows it as it is.
-  const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
-  const Snapshot& roots = view ? *view : surface;
-  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, roots, wanted, goals, Box3d::kFar, progress));
-  const bool is_enough = first.made.after.empty() && first.made.overhang_after <= Room::kLeastOverhang * goals.diagonal;
-  if (is_enough || !first.made.on_lattice) return std::move(first.made);
-  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, roots, wanted, goals, first.lack, progress));
-  return std::move(second.lack < first.lack ? second.made : first.made);
+  RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, goals, progress));
+  // Whoever wants room asks again while there is some. Nobody gets other slabs for what hangs over: it is cut, and
+  // told.
+  if (!made.moved.empty() || made.after.empty() || !made.on_lattice) return made;
+  RELIEF_TRY(RoomMade finer, room_between_halves(surface, wanted, goals, progress));
+  constexpr double kWorthIt = 0.75;  // of the worst place: for less nobody gets other slabs
+  return std::move(!finer.moved.empty() && worst(finer) < kWorthIt * worst(made) ? finer : made);
 }
 
 Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) {
   if (made.moved.empty()) return surface;
-  RELIEF_TRY(SlabMesh mesh, with_fibres(surface->slab_mesh(), made.moved));
+  const Snapshot& before = made.split ? *made.split : *surface;
+  RELIEF_TRY(SlabMesh mesh, with_fibres(before.slab_mesh(), made.moved));
   const auto shared = std::make_shared<const SlabMesh>(std::move(mesh));
   std::array<std::unordered_map<SlabId, TilePtr>, kLayerCount> fresh;
   for (const MovedTile& t : made.tiles) {
-    if (t.slab >= shared->slab_count() || !surface->has(t.layer) || !t.tile->same_shape(surface->tile(t.layer, t.slab)))
+    if (t.slab >= shared->slab_count() || !before.has(t.layer) || !t.tile->same_shape(before.tile(t.layer, t.slab)))
       return fail(Errc::Corrupt, "the room was made for another model.");
     fresh[static_cast<std::size_t>(t.layer)][t.slab] = t.tile;
   }
-  return Snapshot::with_cage(*surface, shared, [&](Layer layer) {
+  return Snapshot::with_cage(before, shared, [&](Layer layer) {
     std::vector<TilePtr> tiles;
-    for (SlabId s = 0; s < shared->slab_count(); ++s) tiles.push_back(surface->shared_tile(layer, s));
+    for (SlabId s = 0; s < shared->slab_count(); ++s) tiles.push_back(before.shared_tile(layer, s));
     for (const auto& [s, tile] : fresh[static_cast<std::size_t>(layer)]) tiles[s] = tile;
     return tiles;
   });
@@ -207,6 +253,7 @@ RoomMaker room_maker(double source_diagonal) {
     room.bar_distance = barred.distance;
     room.overhang = made.overhang_after > Room::kLeastOverhang * diagonal ? made.overhang_after : 0;
     room.sampled = made.sampled;
+    room.halved = made.halved;
     if (!made.moved.empty()) {
       RELIEF_TRY(room.model, with_room(surface, made));
     }

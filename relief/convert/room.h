@@ -66,11 +66,15 @@ struct RoomMade {
   /// between: the widest such distance, model units. Longer fibres reach further.
   double overhang_before = 0, overhang_after = 0;
   bool on_lattice = true;  ///< false: the cage has no lattice that is coarse enough to test it exactly
+  /// Where roots were halved first: the same surface on that cage, whose numbers all that is here has; else null.
+  SnapshotPtr split;
+  HalvedRoots halved;  ///< which
 };
 
 /// Makes room for solids: inner triangles come to lie a margin below cuts, outer ones above fills. Fibres are
 /// lengthened, then turned; each step keeps C1 to C4 of the whole cage, tested exactly
-/// (docs/explanation/conversion.md). All layers around are sampled again. Deterministic. Errors: Cancelled,
+/// (docs/explanation/conversion.md). Where that does not reach, though the form does, roots of the cage are halved and
+/// it is tried again. All layers around are sampled again. Deterministic. Errors: Cancelled,
 /// InvalidArgument (a solid, goal or diagonal that is not finite).
 [[nodiscard]] Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
                                          const Progress& progress = {});

@@ -207,6 +207,20 @@ Result<DetailChange> DetailChange::make(const SnapshotPtr& model, const Detail& 
   return made;
 }
 
+DetailChange DetailChange::of_parts(const Snapshot& model, std::shared_ptr<const SlabMesh> after,
+                                    std::vector<RootPlace> origins,
+                                    std::array<std::vector<int>, kLayerCount> intervals) {
+  RELIEF_ASSERT(origins.size() == after->slab_count());
+  for (int k = 0; k < kLayerCount; ++k)
+    RELIEF_ASSERT(intervals[static_cast<std::size_t>(k)].size() ==
+                  (model.has(static_cast<Layer>(k)) ? origins.size() : 0));
+  DetailChange made;
+  made.origins_ = std::move(origins);
+  made.intervals_ = std::move(intervals);
+  made.after_ = std::move(after);
+  return made;
+}
+
 SnapshotPtr DetailChange::of(const Snapshot& model) const {
   return Snapshot::with_cage(model, after_, [&](Layer layer) {
     return LayerCarrier(model, *after_, layer, origins_, intervals_[static_cast<std::size_t>(layer)]).run();

@@ -42,6 +42,11 @@ class DetailChange {
  public:
   /// Errors: those of with_detail().
   [[nodiscard]] static Result<DetailChange> make(const SnapshotPtr& model, const Detail& detail);
+  /// Says which part of a slab of `model` each slab of another cage is, which lies on the same fibres between fibres
+  /// (`origins`, RootPlace::root is that slab), and its intervals by layer: those of a part can_carry() its slab's.
+  [[nodiscard]] static DetailChange of_parts(const Snapshot& model, std::shared_ptr<const SlabMesh> after,
+                                             std::vector<RootPlace> origins,
+                                             std::array<std::vector<int>, kLayerCount> intervals);
   /// Returns the model, or one with other values on the same grids, in the new cage.
   [[nodiscard]] SnapshotPtr of(const Snapshot& model) const;
   /// Returns the cage after the change.

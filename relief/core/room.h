@@ -5,6 +5,7 @@
 #include <relief/base/progress.h>
 #include <relief/core/snapshot.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -65,8 +66,22 @@ template <std::ranges::input_range Slabs>
   return sum;
 }
 
-/// The same surface on a cage whose fibres were moved, certified again. Slabs keep their numbers, those beside which no
-/// fibre was moved their tiles, too.
+/// Roots of a cage that were halved so that fibres between them can move, and what that does to the numbers of slabs: a
+/// half keeps that of its root, the others follow the last root, and what was cut from roots comes after them.
+struct HalvedRoots {
+  SlabId first = 0;             ///< number of the first root that is new
+  SlabId added = 0;             ///< how many are; 0: none was halved
+  std::vector<SlabId> numbers;  ///< of those that were halved, ascending
+
+  /// Returns the number that a slab of before has now; kNoSlab where it was halved.
+  [[nodiscard]] SlabId now(SlabId before) const noexcept {
+    if (std::ranges::binary_search(numbers, before)) return kNoSlab;
+    return before >= first ? before + added : before;
+  }
+};
+
+/// The same surface on a cage whose fibres were moved, certified again. Slabs keep their numbers but for `halved`,
+/// those beside which no fibre was moved their tiles, too.
 struct Room {
   SnapshotPtr model = {};       ///< null where no fibre could be moved
   std::size_t fibres = 0;       ///< that were moved
@@ -78,6 +93,7 @@ struct Room {
   /// all that is between. 0 where it is below kLeastOverhang.
   double overhang = 0;
   std::vector<SampledAnew> sampled = {};          ///< all slabs beside a moved fibre
+  HalvedRoots halved = {};                        ///< the roots that had to be, for fibres to move
   static constexpr double kLeastOverhang = 1e-3;  ///< of the diagonal: what a place may miss the tool by untold
 };
 

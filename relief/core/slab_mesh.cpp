@@ -482,10 +482,17 @@ double distance2(const Fibre& a, const Fibre& b) noexcept {
 
 bool has_slabs_of(const RootCage& now, const RootCage& earlier) noexcept {
   constexpr double kRounding = 1e-6;  // of a fibre: its ends are moved to a lattice
-  if (!std::ranges::equal(now.roots, earlier.roots, {}, &SlabMesh::Face::fibres, &SlabMesh::Face::fibres)) return false;
-  if (now.cuts.size() < earlier.cuts.size() || !std::ranges::equal(now.cuts.first(earlier.cuts.size()), earlier.cuts))
+  if (now.roots.size() < earlier.roots.size() || now.fibres.size() < earlier.fibres.size() ||
+      now.cuts.size() < earlier.cuts.size())
     return false;
-  const std::size_t count = std::min(now.fibres.size(), earlier.fibres.size());
+  const std::size_t added = now.roots.size() - earlier.roots.size();
+  for (std::size_t root = 0; root < now.roots.size(); ++root) {
+    const bool stands = root < earlier.roots.size() && now.roots[root].fibres == earlier.roots[root].fibres;
+    if (!stands && std::ranges::max(now.roots[root].fibres) < earlier.fibres.size()) return false;
+  }
+  for (std::size_t k = 0; k < earlier.cuts.size(); ++k)
+    if (now.cuts[k] != earlier.cuts[k] + (earlier.cuts[k] < earlier.roots.size() ? 0 : added)) return false;
+  const std::size_t count = earlier.fibres.size();
   for (std::size_t f = 0; f < count; ++f) {
     const Vec3d long_one = earlier.fibres[f].direction();
     if (distance2(now.fibres[f], earlier.fibres[f]) <= kRounding * kRounding * dot(long_one, long_one)) return true;

@@ -610,9 +610,10 @@ struct RootCage {
   std::span<const SlabMesh::Face> roots;  ///< their intervals say nothing here
   std::span<const SlabId> cuts;           ///< as SlabMesh::cuts()
 };
-/// Returns whether a cage has the slabs of an earlier one, which may have been cut since, and whose fibres may have
-/// been moved for room. Room makes fibres longer and turns them about a place on them. So at least one of them still
-/// meets where it was; those of new slabs do not, even where these have the same corners.
+/// Returns whether a cage has the slabs of an earlier one, whose roots may have been halved and cut since, and whose
+/// fibres may have been moved for room. Halving adds roots and fibres after those that there were, and each half has a
+/// new fibre. Room makes fibres longer and turns them about a place on them. So at least one of them still meets where
+/// it was; those of new slabs do not, even where these have the same corners.
 [[nodiscard]] bool has_slabs_of(const RootCage& now, const RootCage& earlier) noexcept;
 [[nodiscard]] bool has_slabs_of(const SlabMesh& now, const SlabMesh& earlier);
 

@@ -523,15 +523,23 @@ struct Document::State {
     ++open->rooms;
     open->is_full = !made->model;
     open->overhang = std::max(open->overhang, made->overhang);
-    if (made->model)
-      for (SampledAnew slab : made->sampled) {
-        SampledAnew& last = open->sampled[slab.slab];
-        slab.come_after(last);
-        last = slab;
-      }
+    if (made->model) note_sampled(*made);
     emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
                    made->overhang, folded_in(made->sampled)});
     return made->model != nullptr;
+  }
+
+  /// Keeps what of the slabs was taken anew, by their numbers in the last cage; halves of a root have samples of their
+  /// own.
+  void note_sampled(const Room& made) {
+    if (made.halved.added > 0)
+      for (const auto& [slab, sampled] : std::exchange(open->sampled, {}))
+        if (const SlabId now = made.halved.now(slab); now != kNoSlab) open->sampled[now] = sampled;
+    for (SampledAnew slab : made.sampled) {
+      SampledAnew& last = open->sampled[slab.slab];
+      slab.come_after(last);
+      last = slab;
+    }
   }
 
   /// Returns the ended stroke ran out on `base`: makes room and plays it again, all but its end. False where that is no

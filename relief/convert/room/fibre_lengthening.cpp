@@ -73,13 +73,14 @@ std::vector<SlabId> slabs_of(const SlabMesh& mesh, std::span<const FibreId> fibr
 class Work {
  public:
   Work(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals, RoomWay way,
-       const Restrained& restrained, const Progress& progress)
+       const Restrained& restrained, std::span<const FibreId> untested, const Progress& progress)
       : surface_(surface),
         mesh_(surface.slab_mesh()),
         wanted_(wanted),
         goals_(goals),
         way_(way),
         restrained_(restrained),
+        untested_(untested),
         progress_(progress) {}
 
   Lengthened run() {
@@ -88,7 +89,9 @@ class Work {
     if (candidates.empty()) return made;
     const double longest = goals_.longest * goals_.diagonal;
     // Fibres of these may move, and those next to them to make room for them.
-    const std::vector<FibreId> may_move = fibres_of(mesh_, slabs_of(mesh_, fibres_of(mesh_, candidates)));
+    std::vector<FibreId> may_move = fibres_of(mesh_, slabs_of(mesh_, fibres_of(mesh_, candidates)));
+    may_move.insert(may_move.end(), untested_.begin(), untested_.end());
+    sort_unique(may_move);
     Box3d reach;
     for (const SlabId s : slabs_of(mesh_, may_move)) reach.add(mesh_.box(s));
     const std::vector<SlabId> slabs = slabs_in(mesh_, widened(reach, longest));
@@ -119,6 +122,8 @@ class Work {
       if (!std::ranges::binary_search(restrained_.staying, f)) fixed[local_.at(f)] = 0;
     const std::vector<Ends> old = draft.ends;
     ShellPatch patch(nothing, no_tree, longest / lattice->step, std::move(draft), fixed, progress_, within_lattice());
+    made.is_sound = is_sound(patch);
+    if (!made.is_sound) return made;
     const auto ends_in = [&](const std::vector<Ends>& by_fibre) {
       return [&](std::uint32_t f, std::size_t corner) {
         return by_fibre[local_.at(mesh_.slabs()[candidates[f]].fibres[corner])];
@@ -167,6 +172,14 @@ class Work {
       }
     sort_unique(slabs);
     return slabs;
+  }
+
+  /// Returns whether the slabs around all untested fibres pass.
+  [[nodiscard]] bool is_sound(ShellPatch& patch) const {
+    if (untested_.empty()) return true;
+    return std::ranges::none_of(patch.check(), [&](const ShellPatch::FibreFault& fault) {
+      return std::ranges::binary_search(untested_, global_[fault.fibre]);
+    });
   }
 
   void number_fibres(std::span<const SlabId> slabs) {
@@ -400,6 +413,7 @@ class Work {
   const RoomGoals& goals_;
   const RoomWay way_;
   const Restrained& restrained_;
+  std::span<const FibreId> untested_;
   const Progress& progress_;
   std::array<std::vector<Capsule>, 2> solids_;
   Lattice lattice_;
@@ -409,15 +423,20 @@ class Work {
 
 }  // namespace
 
+std::optional<int> lowest_bit_of(std::span<const Fibre> fibres) noexcept {
+  std::optional<int> lowest;
+  for (const Fibre& f : fibres)
+    for (const Vec3d p : {f.inner, f.outer})
+      for (std::size_t k = 0; k < 3; ++k)
+        if (const auto bit = lowest_bit(p[k])) lowest = std::min(lowest.value_or(*bit), *bit);
+  return lowest;
+}
+
 std::optional<Lattice> lattice_of(const SlabMesh& mesh, const Box3d& box, double room) {
   constexpr double kWhole = 1073741824.0;        // steps that the verifier takes, 2^30
   constexpr double kExact = 4503599627370496.0;  // steps from zero to which doubles hold lattice points, 2^52
   constexpr double kSpare = 4;                   // steps lost to rounding the origin down
-  std::optional<int> lowest;
-  for (const Fibre& f : mesh.fibres())
-    for (const Vec3d p : {f.inner, f.outer})
-      for (std::size_t k = 0; k < 3; ++k)
-        if (const auto bit = lowest_bit(p[k])) lowest = std::min(lowest.value_or(*bit), *bit);
+  const std::optional<int> lowest = lowest_bit_of(mesh.fibres());
   if (!lowest) return std::nullopt;
   Box3d whole = mesh.bounds();
   whole.add(widened(box, room));
@@ -453,8 +472,8 @@ void Restrained::add(std::span<const FibreId> failed) {
 }
 
 Lengthened lengthen_for(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals, RoomWay way,
-                        const Restrained& restrained, const Progress& progress) {
-  return Work(surface, wanted, goals, way, restrained, progress).run();
+                        const Restrained& restrained, std::span<const FibreId> untested, const Progress& progress) {
+  return Work(surface, wanted, goals, way, restrained, untested, progress).run();
 }
 
 }  // namespace relief::detail

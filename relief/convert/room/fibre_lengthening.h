@@ -24,6 +24,7 @@ struct Lengthened {
   /// that are as dense as the samples, model units.
   double lack_before = 0, lack_after = 0;
   bool on_lattice = true;
+  bool is_sound = true;  ///< false: the slabs around an untested fibre fail a check as they are
 };
 /// Fibres that may not do all, ascending.
 struct Restrained {
@@ -38,10 +39,14 @@ enum class RoomWay : std::uint8_t {
   Grow,    ///< they grow, and turn where that does not do
   Shrink,  ///< they become as short as the surface lets them, so that they can turn; then they grow
 };
-/// Cancelled: of no use.
+/// `untested`: fibres that are new, ascending; the slabs around them are tested before all. Cancelled: of no use.
 [[nodiscard]] Lengthened lengthen_for(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
-                                      RoomWay way, const Restrained& restrained, const Progress& progress);
+                                      RoomWay way, const Restrained& restrained, std::span<const FibreId> untested,
+                                      const Progress& progress);
 
+/// Returns the exponent of the lowest bit that is set in an end of one of the fibres: they lie on multiples of that
+/// power of two. Empty where all ends are the origin.
+[[nodiscard]] std::optional<int> lowest_bit_of(std::span<const Fibre> fibres) noexcept;
 /// Returns a lattice on which all ends of the cage's fibres lie, around a box and `room` more on all sides. Empty where
 /// the box would have over 2^25 steps, or the cage 2^30.
 [[nodiscard]] std::optional<Lattice> lattice_of(const SlabMesh& mesh, const Box3d& box, double room);

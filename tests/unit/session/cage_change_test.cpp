@@ -1,6 +1,7 @@
 // Strokes that need room, and other changes of the cage: steps of the one history like all others.
 #include "document_support.h"
 #include "support/fibre_maps.h"
+#include "support/halved_roots.h"
 #include "support/killed_child.h"
 #include "support/longer_fibres.h"
 
@@ -224,6 +225,50 @@ TEST(RoomUnderAStroke, AToolKeepsItsAxisOnOtherFibres) {
     EXPECT_EQ(first[k].cursor, again[k].cursor);
     EXPECT_EQ(first[k].swept, again[k].swept);
   }
+}
+
+TEST(RoomUnderAStroke, MayHaveHalvedRoots) {
+  const testing::Folder folder;
+  const auto path = folder / "halved.relief";
+  ASSERT_TRUE(ModelFile::create(path, ball()));
+  std::uint64_t before = 0, after = 0;
+  {
+    Events events;
+    DocumentSettings settings = events.settings();
+    // The second room halves roots that the first has sampled again.
+    settings.make_room = [](const SnapshotPtr& surface, const RoomWanted&, const Progress&) -> Result<Room> {
+      const SnapshotPtr longer = with_longer_fibres(surface, 0.3, 0);
+      const SlabId root = 40, last = surface->slab_mesh().slab_count() - 1;
+      if (length(surface->slab_mesh().root_fibres()[0].direction()) < 0.41)  // as they are made
+        return Room{.model = longer, .fibres = 1, .sampled = {folded(root, 7, {5, 0}), folded(last, 7, {3, 0})}};
+      const testing::Halved halved = testing::halved(longer, root);
+      return Room{.model = halved.model, .fibres = 1, .sampled = {folded(last + 1, 7, {2, 0})}, .halved = halved.roots};
+    };
+    auto document = Document::open(path, ModelFile::open(path).value(), std::move(settings));
+    ASSERT_TRUE(document) << document.error().message;
+    before = document->head()->content_hash();
+    post(*document, deep_tap(0.35));
+    document->settle();
+    ASSERT_EQ(events.of<RoomEnded>().size(), 2U);
+    const SlabMesh& mesh = document->head()->slab_mesh();
+    EXPECT_EQ(mesh.roots().size(), ball().head->slab_mesh().roots().size() + 2);
+    EXPECT_EQ(events.of<StrokeFinished>().back().folded, 5U) << "what was told of halved roots is told of their halves";
+    EXPECT_TRUE(validate(*document->head()));
+    after = document->head()->content_hash();
+    for (int times = 0; times < 2; ++times) {
+      document->post(Undo{});
+      document->settle();
+      EXPECT_EQ(document->head()->content_hash(), before);
+      document->post(Redo{});
+      document->settle();
+      EXPECT_EQ(document->head()->content_hash(), after);
+    }
+  }
+  const auto file = ModelFile::open(path, true);
+  ASSERT_TRUE(file) << file.error().message;
+  EXPECT_EQ(file->model().head->content_hash(), after);
+  EXPECT_EQ((*file->at(0))->content_hash(), before);
+  EXPECT_EQ((*file->as_made(1))->content_hash(), before) << "its slabs are those of the model as it was made";
 }
 
 TEST(RoomUnderAStroke, CannotAlwaysBeMade) {

@@ -952,8 +952,8 @@ TEST(LengthenFor, OfBothWaysTheOneAfterWhichLessIsLackingIsKept) {
     const SnapshotPtr model =
         testing::displaced(leans ? leaning_ball(2) : lattice_ball(2, 16), [](Vec3d) { return 0.5; });
     const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.4, leans ? 0.4 : 0.8};
-    const Lengthened grown = lengthen_for(*model, place.cut(), goals(), RoomWay::Grow, {}, {});
-    const Lengthened shrunk = lengthen_for(*model, place.cut(), goals(), RoomWay::Shrink, {}, {});
+    const Lengthened grown = lengthen_for(*model, place.cut(), goals(), RoomWay::Grow, {}, {}, {});
+    const Lengthened shrunk = lengthen_for(*model, place.cut(), goals(), RoomWay::Shrink, {}, {}, {});
     ASSERT_EQ(shrunk.lack_after < grown.lack_after, leans);
     const Result<RoomMade> made = make_room(*model, place.cut(), goals());
     ASSERT_TRUE(made) << made.error().message;
