@@ -188,12 +188,13 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
     return fail(Errc::InvalidArgument,
                 "the solids that want room, or the goals for it, are not numbers that make sense.");
   RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, goals, progress));
-  // Whoever wants room asks again while there is some. Nobody gets other slabs for what hangs over: it is cut, and
-  // told.
+  // Whoever wants room asks again while there is some. Nobody gets other slabs unless they give all that is lacking: in
+  // a thin wall they could not. What hangs over is cut, and told.
   if (!made.moved.empty() || made.after.empty() || !made.on_lattice) return made;
   RELIEF_TRY(RoomMade finer, room_between_halves(surface, wanted, goals, progress));
-  constexpr double kWorthIt = 0.75;  // of the worst place: for less nobody gets other slabs
-  return std::move(!finer.moved.empty() && worst(finer) < kWorthIt * worst(made) ? finer : made);
+  const bool is_reached = !finer.moved.empty() && finer.after.empty() && worst(finer) < worst(made);
+  if (is_reached) finer.before = std::move(made.before);
+  return std::move(is_reached ? finer : made);
 }
 
 Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) {

@@ -66,7 +66,7 @@ struct RoomMade {
   /// between: the widest such distance, model units. Longer fibres reach further.
   double overhang_before = 0, overhang_after = 0;
   bool on_lattice = true;  ///< false: the cage has no lattice that is coarse enough to test it exactly
-  /// Where roots were halved first: the same surface on that cage, whose numbers all that is here has; else null.
+  /// Where roots were halved first: the same surface on that cage, whose numbers all but `before` has; else null.
   SnapshotPtr split;
   HalvedRoots halved;  ///< which
 };

@@ -846,6 +846,47 @@ TEST(Room, IsMadeInAConvertedModelOrTold) {
 namespace detail {
 namespace {
 
+TEST(Room, HalvesRootsWhereFibresBetweenThemCannotMove) {
+  const auto [info, model] = converted("head", 20000, 200, 16);
+  RoomGoals with;
+  with.diagonal = info.source_diagonal;
+  SurfacePoint on = surface_point(*model, 116, 0.3, 0.3);
+  // The tool comes aslant.
+  on.normal = normalized(on.normal + normalized(cross(on.normal, Vec3d{0.3, 0.5, 0.8})) * 0.6);
+  const Place place = {on, 0.08 * with.diagonal, 0.072 * with.diagonal};
+  const auto [made, next] = make(model, place.cut(), with);
+  EXPECT_FALSE(made.before.empty());
+  EXPECT_TRUE(made.after.empty());
+  EXPECT_GT(made.halved.added, 0U);
+  EXPECT_LE(made.surface_moved, with.most_moved * with.diagonal);
+  EXPECT_EQ(next->slab_mesh().roots().size(), model->slab_mesh().roots().size() + made.halved.added);
+  // What is not beside a fibre that is new or has moved stays.
+  const std::set<SlabId> around = slabs_around(next->slab_mesh(), made);
+  std::size_t stay = 0;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) {
+    const SlabId now = made.halved.now(s);
+    if (now == kNoSlab || around.contains(now)) continue;
+    ++stay;
+    EXPECT_EQ(model->shared_tile(Layer::Displacement, s), next->shared_tile(Layer::Displacement, now)) << s;
+  }
+  EXPECT_GT(stay, 50U);
+  const auto again = make_room(*model, place.cut(), with);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ((*with_room(model, *again))->content_hash(), next->content_hash());
+}
+
+// In a thin wall the clay ends wherever fibres are.
+TEST(Room, HalvesNoRootsWhereThatDoesNotGiveAllThatIsLacking) {
+  const auto [info, model] = converted("bowl", 20000, 200, 16);
+  RoomGoals with;
+  with.diagonal = info.source_diagonal;
+  const Place place = place_at(*model, 14, 0.05 * with.diagonal, 0.03 * with.diagonal);
+  const auto [made, next] = make(model, place.cut(), with);
+  EXPECT_FALSE(made.after.empty());
+  EXPECT_EQ(made.halved.added, 0U);
+  EXPECT_EQ(next->slab_mesh().roots().size(), model->slab_mesh().roots().size());
+}
+
 TEST(Solids, LinesPassThroughCapsules) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
