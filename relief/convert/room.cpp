@@ -165,7 +165,8 @@ Result<RoomMade> room_between_roots(const Snapshot& surface, const RoomWanted& w
 /// Room between halves of these; nothing has moved where there are none that hold.
 Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& wanted, RoomGoals goals,
                                      const Progress& progress) {
-  const std::optional<SplitRoots> split = split_roots(surface, wanted);
+  const std::optional<SplitRoots> split = split_roots(surface, wanted, progress);
+  if (progress.cancelled()) return cancelled();
   if (!split) return RoomMade{};
   // What halving has moved already may not be moved again.
   goals.most_moved -= split->surface_moved / goals.diagonal;

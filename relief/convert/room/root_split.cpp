@@ -1,4 +1,5 @@
 #include <relief/convert/room/fibre_lengthening.h>
+#include <relief/convert/room/reach_wanted.h>
 #include <relief/convert/room/root_split.h>
 #include <relief/convert/room/solids.h>
 #include <relief/core/detail.h>
@@ -43,10 +44,9 @@ class Splitter {
   }
 
   /// Halves what lies in a solid until its edges are short enough.
-  void split_in(const Capsule& solid) {
-    constexpr double kWider = 1.05;  // of a solid: what tools do beside it is told from there on (kBeside)
+  void split_in(const Capsule& solid, const Progress& progress) {
     Capsule wide = solid;
-    wide.radius *= kWider;
+    wide.radius *= 1 + kBeside;
     const Box3d box = box_of(wide);
     std::vector<SlabId> todo;
     mesh_.visit_roots([&](const Box3d& b) { return b.meets(box); },
@@ -59,10 +59,12 @@ class Splitter {
     for (const SlabId root : todo) near[root] = 1;
     // What is halved for the sake of others is looked at again.
     for (bool changed = true; std::exchange(changed, false);)
-      for (SlabId number = 0; number < pieces_.size() && pieces_.size() < mesh_.roots().size() + kMostAdded; ++number)
+      for (SlabId number = 0; number < pieces_.size() && pieces_.size() < mesh_.roots().size() + kMostAdded; ++number) {
+        if (progress.cancelled()) return;
         if (near[pieces_[number].place.root] != 0 && longest(pieces_[number]) > kSplitEdge * solid.radius &&
             lies_in(pieces_[number], wide))
           changed = halve(number) || changed;
+      }
   }
 
   std::optional<SplitRoots> finish() && {
@@ -260,10 +262,11 @@ class Splitter {
 
 }  // namespace
 
-std::optional<SplitRoots> split_roots(const Snapshot& surface, const RoomWanted& wanted) {
+std::optional<SplitRoots> split_roots(const Snapshot& surface, const RoomWanted& wanted, const Progress& progress) {
   Splitter splitter(surface);
   for (const auto* solids : {&wanted.cut, &wanted.fill})
-    for (const Capsule& solid : *solids) splitter.split_in(solid);
+    for (const Capsule& solid : *solids) splitter.split_in(solid, progress);
+  if (progress.cancelled()) return std::nullopt;
   std::optional<SplitRoots> made = std::move(splitter).finish();
   if (made) made->surface_moved = splitter.moved(*made->model, wanted);
   return made;
