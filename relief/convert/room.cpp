@@ -85,6 +85,18 @@ SnapshotPtr root_view(const Snapshot& surface) {
   });
 }
 
+/// The surface without detail: as it is where it has none.
+class WithoutDetail {
+ public:
+  explicit WithoutDetail(const Snapshot& surface)
+      : made_(surface.slab_mesh().has_detail() ? root_view(surface) : nullptr), surface_(made_ ? *made_ : surface) {}
+  [[nodiscard]] const Snapshot& operator*() const noexcept { return surface_; }
+
+ private:
+  SnapshotPtr made_;
+  const Snapshot& surface_;
+};
+
 /// A room, and what is lacking in it.
 struct Attempt {
   RoomMade made;
@@ -153,12 +165,10 @@ bool is_enough(const RoomMade& made, const RoomGoals& goals) noexcept {
 /// Room between the roots that there are.
 Result<RoomMade> room_between_roots(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
                                     const Progress& progress) {
-  // Without detail the surface shows it as it is.
-  const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
-  const Snapshot& roots = view ? *view : surface;
-  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, roots, wanted, goals, {}, Box3d::kFar, progress));
+  const WithoutDetail roots(surface);
+  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, *roots, wanted, goals, {}, Box3d::kFar, progress));
   if (is_enough(first.made, goals) || !first.made.on_lattice) return std::move(first.made);
-  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, roots, wanted, goals, {}, first.lack, progress));
+  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, *roots, wanted, goals, {}, first.lack, progress));
   return std::move(second.lack < first.lack ? second.made : first.made);
 }
 
@@ -171,9 +181,9 @@ Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& 
   // What halving has moved already may not be moved again.
   goals.most_moved -= split->surface_moved / goals.diagonal;
   if (!(goals.most_moved > 0)) return RoomMade{};
-  const SnapshotPtr view = split->model->slab_mesh().has_detail() ? root_view(*split->model) : nullptr;
-  RELIEF_TRY(Attempt attempt, room_by(RoomWay::Shrink, *split->model, view ? *view : *split->model, wanted, goals,
-                                      split->fibres, Box3d::kFar, progress));
+  const WithoutDetail roots(*split->model);
+  RELIEF_TRY(Attempt attempt,
+             room_by(RoomWay::Shrink, *split->model, *roots, wanted, goals, split->fibres, Box3d::kFar, progress));
   if (!attempt.is_sound || attempt.made.moved.empty()) return RoomMade{};
   attempt.made.split = split->model;
   attempt.made.halved = split->halved;

@@ -193,7 +193,7 @@ void safe_state(Report& report, const testing::HeldTool& held) {
       step = std::max(step, length(hand.felt.force - before));
     }
     report.at_most(name + ": force step", step, 0.045 + 1e-9, "N");
-    report.at_most(name + ": off the force of one who pressed the other model from the start",
+    report.at_most(name + ": off the force of one who pressed that from the start",
                    length(hand.felt.force - on_other.felt.force), 0.05, "N");
   }
   {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
 
 namespace relief::detail {
@@ -38,7 +39,7 @@ class Splitter {
     fibres_.assign(mesh_.root_fibres().begin(), mesh_.root_fibres().end());
     for (SlabId root = 0; root < mesh_.roots().size(); ++root) {
       pieces_.push_back({.fibres = mesh_.roots()[root].fibres, .place = {.root = root}});
-      pieces_.back().newest = opposite_longest(pieces_.back());
+      pieces_.back().newest = opposite_longest(root);
       for (std::size_t k = 0; k < 3; ++k) edges_[edge(root, k)].push_back(root);
     }
   }
@@ -48,15 +49,12 @@ class Splitter {
     Capsule wide = solid;
     wide.radius *= 1 + kBeside;
     const Box3d box = box_of(wide);
-    std::vector<SlabId> todo;
+    std::vector<std::uint8_t> near(mesh_.roots().size());
     mesh_.visit_roots([&](const Box3d& b) { return b.meets(box); },
                       [&](SlabId root) {
-                        todo.push_back(root);
+                        near[root] = 1;
                         return false;
                       });
-    std::ranges::sort(todo);
-    std::vector<std::uint8_t> near(mesh_.roots().size());
-    for (const SlabId root : todo) near[root] = 1;
     // What is halved for the sake of others is looked at again.
     for (bool changed = true; std::exchange(changed, false);)
       for (SlabId number = 0; number < pieces_.size() && pieces_.size() < mesh_.roots().size() + kMostAdded; ++number) {
@@ -67,7 +65,7 @@ class Splitter {
       }
   }
 
-  std::optional<SplitRoots> finish() && {
+  [[nodiscard]] std::optional<SplitRoots> finish() const {
     const auto roots = static_cast<SlabId>(mesh_.roots().size());
     const auto added = static_cast<SlabId>(pieces_.size()) - roots;
     if (added == 0) return std::nullopt;
@@ -76,16 +74,16 @@ class Splitter {
     for (SlabId root = 0; root < roots; ++root)
       if (pieces_[root].place.level > 0) made.halved.numbers.push_back(root);
     for (auto f = static_cast<FibreId>(mesh_.root_fibres().size()); f < fibres_.size(); ++f) made.fibres.push_back(f);
-    const auto cage = make_cage(added);
-    if (!cage) return std::nullopt;
     std::vector<RootPlace> origins;
-    for (SlabId s = 0; s < cage->slab_count(); ++s) origins.push_back(origin(s, added));
+    for (SlabId s = 0; s < mesh_.slab_count() + added; ++s) origins.push_back(origin(s, added));
     std::array<std::vector<int>, kLayerCount> intervals;
     for (int k = 0; k < kLayerCount; ++k)
       if (surface_.has(static_cast<Layer>(k)))
         for (const RootPlace& from : origins)
           intervals[static_cast<std::size_t>(k)].push_back(
               intervals_of(surface_.intervals(static_cast<Layer>(k), from.root), from.level));
+    const auto cage = make_cage(added, intervals[static_cast<std::size_t>(Layer::Displacement)]);
+    if (!cage) return std::nullopt;
     made.model = DetailChange::of_parts(surface_, cage, std::move(origins), std::move(intervals)).of(surface_);
     return made;
   }
@@ -138,12 +136,9 @@ class Splitter {
   }
   [[nodiscard]] double longest(const Piece& piece) const noexcept { return std::ranges::max(edge_lengths(piece)); }
   /// Of edges of one length that with the lower fibres, so that both slabs beside it choose the same.
-  [[nodiscard]] std::size_t opposite_longest(const Piece& piece) const noexcept {
-    const std::array<double, 3> lengths = edge_lengths(piece);
-    const auto key = [&](std::size_t k) {
-      const Edge e = std::minmax(FibreId{piece.fibres[(k + 1) % 3]}, FibreId{piece.fibres[(k + 2) % 3]});
-      return std::pair(-lengths[k], e);
-    };
+  [[nodiscard]] std::size_t opposite_longest(SlabId number) const noexcept {
+    const std::array<double, 3> lengths = edge_lengths(pieces_[number]);
+    const auto key = [&](std::size_t k) { return std::pair(-lengths[k], edge(number, k)); };
     return std::ranges::min({std::size_t{0}, std::size_t{1}, std::size_t{2}}, {}, key);
   }
   /// Returns whether the surface of a piece reaches into a solid, and its fibres towards the tool.
@@ -227,12 +222,11 @@ class Splitter {
     // Of a root that is cut, the slab in its centre has its number.
     return pieces_[s].place;
   }
-  [[nodiscard]] std::shared_ptr<const SlabMesh> make_cage(SlabId added) const {
+  [[nodiscard]] std::shared_ptr<const SlabMesh> make_cage(SlabId added, std::span<const int> intervals) const {
     std::vector<SlabMesh::Face> faces;
     for (const Piece& piece : pieces_) {
       const SlabId root = piece.place.root;
-      faces.push_back({piece.fibres, piece.place.level == 0 ? mesh_.roots()[root].intervals
-                                                            : intervals_of(mesh_.intervals(root), piece.place.level)});
+      faces.push_back({piece.fibres, piece.place.level == 0 ? mesh_.roots()[root].intervals : intervals[faces.size()]});
     }
     auto cage = SlabMesh::make(fibres_, faces);
     if (!cage) return nullptr;
@@ -242,11 +236,6 @@ class Splitter {
       if (s >= roots) s += added;
     if (!cuts.empty()) cage = cage->cut(cuts);
     if (!cage) return nullptr;
-    std::vector<int> intervals;
-    for (SlabId s = 0; s < cage->slab_count(); ++s) {
-      const RootPlace from = origin(s, added);
-      intervals.push_back(intervals_of(mesh_.intervals(from.root), from.level));
-    }
     if (!std::ranges::equal(intervals, cage->slabs(), {}, {}, &Slab::intervals)) cage = cage->refined(intervals);
     if (!cage) return nullptr;
     return std::make_shared<const SlabMesh>(*std::move(cage));
@@ -267,7 +256,7 @@ std::optional<SplitRoots> split_roots(const Snapshot& surface, const RoomWanted&
   for (const auto* solids : {&wanted.cut, &wanted.fill})
     for (const Capsule& solid : *solids) splitter.split_in(solid, progress);
   if (progress.cancelled()) return std::nullopt;
-  std::optional<SplitRoots> made = std::move(splitter).finish();
+  std::optional<SplitRoots> made = splitter.finish();
   if (made) made->surface_moved = splitter.moved(*made->model, wanted);
   return made;
 }

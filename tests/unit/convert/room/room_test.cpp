@@ -1,3 +1,5 @@
+#include "room_support.h"
+
 #include <relief/convert/convert.h>
 #include <relief/convert/refine.h>
 #include <relief/convert/room.h>
@@ -6,11 +8,9 @@
 #include <relief/convert/room/solids.h>
 #include <relief/convert/room/surface_resampling.h>
 #include <relief/core/detail.h>
-#include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
 #include <relief/edit/editor.h>
 #include <relief/mesh/samples.h>
-#include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
 #include <support/fibre_maps.h>
@@ -34,19 +34,6 @@ namespace {
 
 constexpr double kDiagonal = 3.4;  // of the ball's bounding box
 constexpr double kTold = 0.05;     // in radii: what tools may miss by untold
-
-/// A ball of slabs whose corners lie on a lattice, with its surface at radius 1.
-std::shared_ptr<const SlabMesh> lattice_ball(int levels, int n) {
-  return testing::mapped_shell(*testing::sphere_shell(levels, n, 0.9, 1.1), [](Vec3d p) {
-    constexpr double kStep = 1.0 / (1 << 20);
-    for (std::size_t k = 0; k < 3; ++k) p[k] = std::round(p[k] / kStep) * kStep;
-    return p;
-  });
-}
-SnapshotPtr bumpy_ball(int levels = 2, int n = 16) {
-  return testing::displaced(lattice_ball(levels, n),
-                            [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y + p.z); });
-}
 
 /// Fibres near its equator lean by 45 degrees, or by more, by the tangent.
 std::shared_ptr<const SlabMesh> leaning_ball(double tangent = 1, int n = 16) {
@@ -117,14 +104,6 @@ double miss_of(const Snapshot& before, const Carved& carved, const Place& place)
                             .radius = place.radius,
                             .depth = place.depth};
   return testing::misses(before, *carved.after, tap).rms / place.depth;
-}
-
-void expect_sound(const Snapshot& model) {
-  const Status status = validate(model);
-  EXPECT_TRUE(status) << status.error().message;
-  const PlainCage cage(model.slab_mesh());
-  const verify::Certificate c = verify::check({cage.inner, cage.outer, cage.triangles});
-  EXPECT_TRUE(c.all()) << (c.failures.empty() ? "" : c.failures.front().what);
 }
 
 /// The room and the snapshot with it, both tested.

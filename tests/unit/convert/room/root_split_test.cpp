@@ -1,12 +1,10 @@
+#include "room_support.h"
+
 #include <relief/convert/room/root_split.h>
 #include <relief/core/detail.h>
-#include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
-#include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
-#include <support/fibre_maps.h>
-#include <support/shells.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,16 +16,7 @@
 namespace relief::detail {
 namespace {
 
-constexpr double kStep = 1.0 / (1 << 20);
-
-/// A ball of slabs whose corners lie on a lattice, its surface with waves at radius 1.
-SnapshotPtr wavy_ball(int levels, int n) {
-  const auto mesh = testing::mapped_shell(*testing::sphere_shell(levels, n, 0.9, 1.1), [](Vec3d p) {
-    for (std::size_t k = 0; k < 3; ++k) p[k] = std::round(p[k] / kStep) * kStep;
-    return p;
-  });
-  return testing::displaced(mesh, [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y + p.z); });
-}
+constexpr double kStep = 1.0 / (1 << 20);  // on multiples of which the fibres of these balls end
 
 Capsule ball_at(const Snapshot& model, SlabId slab, double radius) {
   const SurfacePoint on = surface_point(model, slab, 0.3, 0.3);
@@ -39,14 +28,6 @@ SplitRoots split_at(const Snapshot& model, SlabId slab, double radius) {
   std::optional<SplitRoots> split = split_roots(model, {.cut = {ball_at(model, slab, radius)}, .fill = {}});
   EXPECT_TRUE(split);
   return split ? *std::move(split) : SplitRoots{};
-}
-
-void expect_sound(const Snapshot& model) {
-  const Status status = validate(model);
-  EXPECT_TRUE(status) << status.error().message;
-  const PlainCage cage(model.slab_mesh());
-  const verify::Certificate c = verify::check({cage.inner, cage.outer, cage.triangles});
-  EXPECT_TRUE(c.all()) << (c.failures.empty() ? "" : c.failures.front().what);
 }
 
 double off(const Snapshot& surface, Vec3d p) {
@@ -67,7 +48,7 @@ TEST(SplitRoots, KeepTheOldSamplesAndAddNoneThatIsOffTheSurface) {
   constexpr double kTwist = 0.2;  // triangles are flat, between fibres that are not parallel
   for (const auto& [levels, n] : {std::pair{1, 15}, {1, 32}, {1, 63}, {2, 16}, {2, 31}, {1, 128}}) {
     SCOPED_TRACE(n);
-    const SnapshotPtr model = wavy_ball(levels, n);
+    const SnapshotPtr model = bumpy_ball(levels, n);
     const SplitRoots split = split_at(*model, 17, 0.5);
     ASSERT_TRUE(split.model);
     expect_sound(*split.model);
@@ -81,7 +62,7 @@ TEST(SplitRoots, KeepTheOldSamplesAndAddNoneThatIsOffTheSurface) {
 
 TEST(SplitRoots, AreHalvedUntilNoEdgeInTheSolidIsTooLong) {
   constexpr double kRadius = 0.4;
-  const SnapshotPtr model = wavy_ball(1, 32);
+  const SnapshotPtr model = bumpy_ball(1, 32);
   const Capsule ball = ball_at(*model, 17, kRadius);
   const SplitRoots split = split_at(*model, 17, kRadius);
   ASSERT_TRUE(split.model);
@@ -100,7 +81,7 @@ TEST(SplitRoots, AreHalvedUntilNoEdgeInTheSolidIsTooLong) {
 }
 
 TEST(SplitRoots, LeaveAllElseBitForBitUnderNumbersThatTheyTell) {
-  const SnapshotPtr whole = wavy_ball(2, 16);
+  const SnapshotPtr whole = bumpy_ball(2, 16);
   // Of a slab far away, and of a part of it.
   const auto cut = with_detail(whole, {.cuts = {100, 100}, .grids = {{Layer::Displacement, 60, 32}}});
   ASSERT_TRUE(cut) << cut.error().message;
@@ -133,7 +114,7 @@ TEST(SplitRoots, LeaveAllElseBitForBitUnderNumbersThatTheyTell) {
 }
 
 TEST(SplitRoots, WhatIsCutInFourStaysAndWhatItNeedsToo) {
-  const SnapshotPtr whole = wavy_ball(2, 16);
+  const SnapshotPtr whole = bumpy_ball(2, 16);
   std::vector<SlabId> all;
   for (SlabId s = 0; s < whole->slab_mesh().slab_count(); ++s) all.push_back(s);
   const auto cut = with_detail(whole, {.cuts = all, .grids = {}});
@@ -149,7 +130,7 @@ TEST(SplitRoots, WhatIsCutInFourStaysAndWhatItNeedsToo) {
 }
 
 TEST(SplitRoots, TellHowFarTheSurfaceMovesOutsideTheSolid) {
-  const SnapshotPtr model = wavy_ball(1, 16);
+  const SnapshotPtr model = bumpy_ball(1, 16);
   const Capsule ball = ball_at(*model, 17, 0.4);
   const SplitRoots split = split_at(*model, 17, 0.4);
   ASSERT_TRUE(split.model);
@@ -170,7 +151,7 @@ TEST(SplitRoots, TellHowFarTheSurfaceMovesOutsideTheSolid) {
 }
 
 TEST(SplitRoots, AreNoMoreThanToolsWaitFor) {
-  const SnapshotPtr model = wavy_ball(2, 4);
+  const SnapshotPtr model = bumpy_ball(2, 4);
   std::vector<Capsule> dots;
   for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) dots.push_back(ball_at(*model, s, 0.06));
   const std::optional<SplitRoots> split = split_roots(*model, {.cut = dots, .fill = {}});
@@ -181,7 +162,7 @@ TEST(SplitRoots, AreNoMoreThanToolsWaitFor) {
 }
 
 TEST(SplitRoots, AreThoseThatFaceTheToolAndNoneWhereThatIsFar) {
-  const SnapshotPtr model = wavy_ball(1, 16);
+  const SnapshotPtr model = bumpy_ball(1, 16);
   Capsule ball = ball_at(*model, 17, 0.5);
   EXPECT_TRUE(split_roots(*model, {.cut = {}, .fill = {ball}}));
   ball.axis = ball.axis * -1.0;
