@@ -101,9 +101,9 @@ inline bool is_closed(const SlabMesh& mesh) {
 }
 
 /// Outside thin places what is held is to be no deeper than a plain god-object on the bare triangles that was where it
-/// was, and has followed the cursor since. Thin is a place from which the line through the cursor comes out of the body
-/// within twice the depth: of the product's place, or of the god-object's. There, and where either lets go, the
-/// comparison ends, and begins again from where the product is.
+/// was, and has followed the cursor since; where that is free, at no depth. Thin is a place from which the line through
+/// the cursor comes out of the body within twice the depth: of the product's place, or of the god-object's. There, and
+/// where the product lets go, the comparison ends, and begins again from where the product is.
 class DepthJudge {
  public:
   /// `radius`: of a ball; 0: a point.
@@ -115,20 +115,19 @@ class DepthJudge {
       following_ = false;
       return {};
     }
-    const double depth = length(place - cursor);
     if (!std::exchange(following_, true)) {
       following_ = oracle_.hold(place, cursor);
-      depths_.assign(1, depth);
-      return {};
+      depths_.assign(1, length(place - cursor));  // time to come out of a thin place, where it was right
+      if (!following_) return {};
     }
     const OracleTick oracle = oracle_.move(cursor);
-    if (!oracle.held || oracle_.past_the_middle(oracle.point, cursor)) {
+    if (oracle.held && oracle_.past_the_middle(oracle.point, cursor)) {
       following_ = false;
       return {};
     }
-    depths_.push_back(oracle.depth);
+    depths_.push_back(oracle.held ? oracle.depth : 0);
     if (depths_.size() > kTicks) depths_.erase(depths_.begin());
-    const double most = *std::ranges::max_element(depths_);
+    const double most = *std::ranges::max_element(depths_), depth = length(place - cursor);
     return std::max(0.0, depth - slack_) / std::max(most, 1e-300);
   }
 
