@@ -192,7 +192,7 @@ bool try_out(relief::HapticDevice& device, const relief::SnapshotPtr& model) {
   std::vector<relief::ServoTick> ticks;
 
   // region run
-  if (const relief::Status opened = device.open(); !opened) return std::puts(opened.error().message.c_str()), false;
+  if (const relief::Status up = bring_up(device); !up) return std::puts(up.error().message.c_str()), false;
   relief::SnapshotChannel channel(model);
   relief::SpscQueue<relief::ServoTick> telemetry(1 << 14);
   relief::ServoThread servo(device, channel, settings, &telemetry);  // 1 kHz from here on

@@ -50,8 +50,7 @@ Result<OpenedDevice> open_named(const LiveOptions& o, const Model& model, std::u
   const Workspace workspace = fit_workspace(known->info(), model, o.metres_per_unit, o.axes);
   RELIEF_TRY(std::unique_ptr<HapticDevice> device,
              open_device(o.device, exploring_hand(*model.head, workspace, buttons)));
-  if (const DeviceStatus status = device->status(); !status.to_do.empty())
-    return fail(Errc::DeviceUnavailable, printable(o.device) + ": " + printable(status.to_do, 300));
+  RELIEF_CHECK(bring_up(*device));
   return OpenedDevice{.device = std::move(device), .workspace = workspace};
 }
 

@@ -146,9 +146,7 @@ Result<std::unique_ptr<Hand::Live>> Hand::make_live(Document& document, const QS
     HandScript script = exploring_hand(*model.head, live->servo.workspace);
     RELIEF_TRY(live->device, open_(name, [script = std::move(script)](double t) { return script(kCalm * t); }));
   }
-  RELIEF_CHECK(live->device->open());
-  if (const DeviceStatus status = live->device->status(); !status.to_do.empty())
-    return fail(Errc::DeviceUnavailable, printable(status.to_do, 300));
+  RELIEF_CHECK(bring_up(*live->device));
   live->servo.force = kTouch;
   live->servo.force.max_force = live->device->info().max_force;
   if (!recording.isEmpty()) {

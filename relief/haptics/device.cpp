@@ -1,3 +1,4 @@
+#include <relief/base/try.h>
 #include <relief/haptics/device.h>
 
 #include <algorithm>
@@ -41,6 +42,23 @@ std::string_view name(Calibration calibration) noexcept {
       return "by moving the arm";
   }
   return "";
+}
+
+Status make_ready(HapticDevice& device, ArmMotion motion) {
+  const bool asks = device.status().calibration != Calibration::Done;
+  const Status calibrated = asks ? device.calibrate(motion) : Status();
+  const DeviceStatus now = device.status();
+  const std::string name = printable(device.info().name);
+  // Its own sentence goes before what a call was refused with.
+  if (!now.to_do.empty()) return fail(Errc::DeviceUnavailable, name + ": " + printable(now.to_do, 300));
+  if (!calibrated || now.calibration == Calibration::Done) return calibrated;
+  return fail(Errc::DeviceUnavailable,
+              name + ": does not know where its arm is, so it gets no force; calibrate it with its maker's program");
+}
+
+Status bring_up(HapticDevice& device, ArmMotion motion) {
+  RELIEF_CHECK(device.open());
+  return make_ready(device, motion);
 }
 
 Box3d workspace_of(const DeviceInfo& device) noexcept {

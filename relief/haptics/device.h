@@ -115,8 +115,9 @@ struct PushTick {
 enum class ArmMotion : std::uint8_t { Forbidden, Allowed };
 
 /// A haptic device: Relief's thread reads and commands a pull device; a push device calls Relief (info().pull). Order:
-/// open, calibrate where status() asks for it, enable, then read and write, or start and stop; then disable and close.
-/// A call that a device has no use for succeeds. Any thread may call status(); one thread at a time the rest.
+/// open, calibrate where status() asks for it (bring_up() does both), enable, then read and write, or start and stop;
+/// then disable and close. A call that a device has no use for succeeds. Any thread may call status(); one thread at a
+/// time the rest.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
@@ -126,7 +127,8 @@ class HapticDevice {
   /// Finds the device and takes hold of it, its forces off. After close(), or where it was lost, the same one again.
   /// May take seconds. Errors: DeviceUnavailable, saying what is missing and the remedy.
   [[nodiscard]] virtual Status open() { return {}; }
-  /// May lock and take milliseconds. The loop asks it only where the device has been lost.
+  /// May lock and take milliseconds. The loop asks it only before forces are switched on, and where the device has been
+  /// lost.
   [[nodiscard]] virtual DeviceStatus status() const {
     return {.connected = true, .powered = true, .forces_on = true, .to_do = {}, .force_off = {}, .trouble = {}};
   }
@@ -146,11 +148,19 @@ class HapticDevice {
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
   /// Commands force and torque on the hand. A safe stop is an explicit zero, never silence.
   [[nodiscard]] virtual bool write(const Wrench& /*wrench*/) noexcept { return false; }
-  /// Push: from now on `tick` is called once per period, by one thread; false when there is no device.
+  /// Push: from now on `tick` is called once per period, by one thread; false when there is no device. What is the
+  /// matter status() then says. May come again after stop().
   [[nodiscard]] virtual bool start(PushTick /*tick*/) noexcept { return false; }
-  /// Push: once this has returned, `tick` is called no more, and the last command was zero. Also without a start().
+  /// Push: once this has returned, `tick` is called no more, and the last command was zero. Also without a start(), and
+  /// where the device has fallen silent.
   virtual void stop() noexcept {}
 };
+
+/// Makes an open device ready for enable(): one that does not know where its arm is finds it out, its arm moving only
+/// where that is allowed. Errors: DeviceUnavailable, saying what a person must do, and what calibrate() says.
+[[nodiscard]] Status make_ready(HapticDevice& device, ArmMotion motion = ArmMotion::Forbidden);
+/// Opens a device and makes it ready. May take a minute. Errors: those of open() and of make_ready().
+[[nodiscard]] Status bring_up(HapticDevice& device, ArmMotion motion = ArmMotion::Forbidden);
 
 /// m, in which forces are good: the box that the device states, else the one around its radius; empty where neither is
 /// known.

@@ -15,7 +15,6 @@ constexpr double kReachOfRadius = 4;
 constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
 constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
 constexpr double kJitter = 2e-3 + 1e-9;  // s, by which a device's clock may run back and still tell nothing new
-constexpr double kSilence = 20e-3;  // s without news for which a force may be held: a hand goes 2 mm, slow as it is
 constexpr double kMaxSpeed = ForceGuard::kFastest;
 constexpr double kFrozenSpeed = 0.05;     // m/s: a hand goes a millimetre in that time, many steps of any encoder
 constexpr double kFrozenTime = 20e-3;     // s

@@ -23,6 +23,8 @@ class Readings {
   /// s between two readings, after which the hand may be anywhere: a longer time is a fault. A reading's neighbours may
   /// be rounded.
   static constexpr double kMaxGap = 0.05 - 1e-6;
+  /// s without news that are no fault: the force is held, and a slow hand goes 2 mm meanwhile.
+  static constexpr double kSilence = 20e-3;
 
   /// For a device with such limits.
   explicit Readings(const DeviceInfo& device) noexcept;

@@ -1,4 +1,5 @@
 #include <relief/base/cpu_time.h>
+#include <relief/base/try.h>
 #include <relief/haptics/servo_thread.h>
 
 #include <pthread.h>
@@ -21,6 +22,7 @@ namespace relief {
 namespace {
 
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
+constexpr double kLook = 1e-9 * kPeriod;      // s
 // A clock of the device's own may not show that it stood still.
 constexpr auto kStandstill = static_cast<std::uint64_t>(1e9 * Readings::kMaxGap);  // ns
 constexpr int kPriority = 80;              // below the kernel's own threads for USB
@@ -81,32 +83,34 @@ void prepare_thread(ServoTimes& times) noexcept {
   }
 }
 
-/// The absolute schedule: when each tick is due, and what the clock made of it.
+/// Counts a tick, `period` ns after the one before and `late` ns after its due time.
+void count_tick(ServoTimes& times, std::uint64_t period, std::uint64_t late) noexcept {
+  times.period.add(period);
+  times.late.add(late);
+  times.overruns += late / kPeriod;
+  ++times.ticks;
+}
+
+/// The absolute schedule: when each tick is due.
 class Schedule {
  public:
-  explicit Schedule(ServoTimes& times) noexcept : times_(times), due_(monotonic_ns()), woken_(due_) {}
-
   /// When the thread last woke, CLOCK_MONOTONIC in ns.
   [[nodiscard]] std::uint64_t woken() const noexcept { return woken_; }
+  /// From the wake-up before to the last one, ns.
+  [[nodiscard]] std::uint64_t period() const noexcept { return period_; }
   /// Sleeps to the next due time. Returns how late the thread woke, in ns; whole periods of it are skipped.
   std::uint64_t wait() noexcept {
     due_ += kPeriod;
     sleep_until(due_);
     const std::uint64_t now = monotonic_ns();
     const std::uint64_t late = now > due_ ? now - due_ : 0;
-    const std::uint64_t skipped = late / kPeriod;
-    times_.period.add(now - woken_);
-    times_.late.add(late);
-    times_.overruns += skipped;
-    ++times_.ticks;
-    due_ += skipped * kPeriod;
-    woken_ = now;
+    due_ += late / kPeriod * kPeriod;
+    period_ = now - std::exchange(woken_, now);
     return late;
   }
 
  private:
-  ServoTimes& times_;
-  std::uint64_t due_, woken_;
+  std::uint64_t due_ = monotonic_ns(), woken_ = due_, period_ = 0;
 };
 
 }  // namespace
@@ -150,19 +154,10 @@ ServoThread::ServoThread(HapticDevice& device, SnapshotChannel& channel, const S
       reader_(channel.reader()),
       telemetry_(telemetry),
       settings_(16),
+      pull_(device.info().pull),
       loss_(loss) {
   losses_.reserve(16);
-  if (!device.info().pull) {
-    const auto call = [](void* servo, const DeviceState& reading) noexcept {
-      return static_cast<ServoThread*>(servo)->pushed(reading);
-    };
-    times_.note = "the device has its own thread, at its own priority";
-    const Status on = device.enable(true);
-    if (!on) times_.note = on.error().message;
-    pushed_ = on && device.start({this, call});
-    if (!pushed_) running_.store(false, std::memory_order_release);
-    return;
-  }
+  if (!pull_) times_.note = "the device has its own thread, at its own priority";
   try {
     thread_ = std::thread([this] { run(); });
   } catch (const std::system_error&) {
@@ -177,19 +172,15 @@ bool ServoThread::set(const ServoSettings& settings) noexcept { return settings_
 
 void ServoThread::stop() noexcept {
   stop_.store(true, std::memory_order_release);
-  if (std::exchange(pushed_, false)) {
-    device_.stop();
-    static_cast<void>(device_.enable(false));
-    running_.store(false, std::memory_order_release);
-  }
   if (thread_.joinable()) thread_.join();
 }
 
-void ServoThread::begin(std::uint64_t clock, std::uint64_t late) noexcept {
-  if (late >= kPeriod) carried_ |= bit(ServoFault::Overrun);
-  if (late > kStandstill) servo_.stalled();
+void ServoThread::begin(const Wake& wake) noexcept {
+  if (wake.late >= kPeriod) carried_ |= bit(ServoFault::Overrun);
+  if (wake.late > kStandstill) servo_.stalled();
+  if (std::exchange(returning_, false)) servo_.reconnected();
   for (ServoSettings changed; settings_.pop(changed); ++tick_.settings) servo_.set(changed);
-  tick_.clock_ns = clock;
+  tick_.clock_ns = wake.clock;
   tick_.model = nullptr;
   tick_.reading = {};
   tick_.sample = {};
@@ -206,7 +197,6 @@ void ServoThread::feel() noexcept {
 
 void ServoThread::finish(bool answered, std::uint64_t compute, std::uint64_t late) noexcept {
   ServoSample& sample = tick_.sample;
-  times_.compute.add(compute);
   const bool stepped = tick_.model != nullptr;
   if (!answered) {
     sample.force = sample.torque = {};
@@ -242,38 +232,62 @@ bool ServoThread::given_up(std::uint64_t clock) const noexcept {
   return lost_ && lost_for(clock) >= loss_.give_up_after;
 }
 
-void ServoThread::lose(std::uint64_t clock, const char* why) noexcept {
-  // An explicit zero, also to a device that seems gone; nobody can act on a refusal here.
-  static_cast<void>(device_.write({}));
-  if (!std::exchange(lost_, true)) {
-    lost_at_ = clock;
-    reopen_at_ = loss_.reopen_after;
-    told_ = false;
-    ++times_.losses;
-    try {
-      DeviceLoss loss;
-      loss.tick = tick_.number;
-      loss.reason = why != nullptr ? why : device_.status().trouble;
-      const std::scoped_lock lock(losses_mutex_);
-      if (losses_.size() < kNotedLosses) losses_.push_back(std::move(loss));
-    } catch (const std::exception&) {  // no memory for words: the loop goes on without them
-      return;
-    }
+bool ServoThread::reopen_due(std::uint64_t clock) const noexcept { return lost_for(clock) >= reopen_at_; }
+
+void ServoThread::halt() noexcept {
+  // Nobody can act on a refusal here.
+  if (pull_) {
+    static_cast<void>(device_.write({}));
+  } else {
+    halted_.store(true, std::memory_order_release);
+    device_.stop();
   }
-  if (lost_for(clock) < reopen_at_) return;
-  reopen();
-  reopen_at_ = lost_for(monotonic_ns()) + loss_.reopen_after;
 }
 
-void ServoThread::reopen() noexcept {
-  device_.close();
-  Status open = device_.open();
-  if (open) open = device_.enable(true);
-  open_ = open.has_value();
+Status ServoThread::go() {
+  RELIEF_CHECK(device_.enable(true));
+  if (pull_) return {};
+  const auto call = [](void* servo, const DeviceState& reading) noexcept {
+    return static_cast<ServoThread*>(servo)->pushed(reading);
+  };
+  halted_.store(false, std::memory_order_release);
+  if (device_.start({this, call})) return {};
+  return fail(Errc::DeviceUnavailable, device_.status().trouble);
+}
+
+void ServoThread::lose(std::uint64_t clock, const char* why) noexcept {
+  returning_ = true;
+  if (std::exchange(lost_, true)) return;
+  lost_at_ = clock;
+  reopen_at_ = loss_.reopen_after;
+  told_ = false;
+  ++times_.losses;
+  try {
+    DeviceLoss loss;
+    loss.tick = tick_.number;
+    loss.reason = why != nullptr ? why : device_.status().trouble;
+    const std::scoped_lock lock(losses_mutex_);
+    if (losses_.size() < kNotedLosses) losses_.push_back(std::move(loss));
+  } catch (const std::exception&) {  // no memory for words: the loop goes on without them
+    return;
+  }
+}
+
+void ServoThread::try_again(std::uint64_t clock) noexcept {
+  const bool reopens = reopen_due(clock);
+  if (!reopens && (pull_ || !open_)) return;
+  Status up;
+  if (reopens) {
+    device_.close();
+    up = bring_up(device_);
+  }
+  if (up) up = go();
+  open_ = up.has_value();
   note([&](DeviceLoss& loss) {
-    ++loss.reopened;
-    if (!open) loss.reason = open.error().message;
+    loss.reopened += reopens ? 1 : 0;
+    if (!up && !up.error().message.empty()) loss.reason = up.error().message;
   });
+  if (reopens) reopen_at_ = lost_for(monotonic_ns()) + loss_.reopen_after;
 }
 
 void ServoThread::recover(std::uint64_t clock) noexcept {
@@ -290,51 +304,83 @@ std::vector<DeviceLoss> ServoThread::losses() const {
 }
 
 void ServoThread::run() noexcept {
-  prepare_thread(times_);
-  if (const Status on = device_.enable(true); !on) {
-    open_ = false;
-    lose(monotonic_ns(), on.error().message.c_str());
-  }
-  Schedule schedule(times_);
-  while (!device_.ended() && !stop_.load(std::memory_order_acquire) && !given_up(schedule.woken())) {
+  if (pull_) prepare_thread(times_);
+  Status up = make_ready(device_);
+  if (up) up = go();
+  open_ = up.has_value();
+  if (!open_) lose(monotonic_ns(), up.error().message.c_str());
+  Schedule schedule;
+  while (!(pull_ && device_.ended()) && !stop_.load(std::memory_order_acquire) && !given_up(schedule.woken())) {
     const std::uint64_t late = schedule.wait();
-    const std::uint64_t start = thread_cpu_ns();
-    begin(schedule.woken(), late);
-    bool answered = open_ && device_.read(tick_.reading);
-    if (answered) {
-      if (lost_) servo_.reconnected();
-      feel();
-      answered = device_.write(servo_.command());
-    }
-    if (!answered)
-      lose(schedule.woken());
-    else if (lost_)
-      recover(schedule.woken());
-    finish(answered, thread_cpu_ns() - start, late);
+    if (pull_) count_tick(times_, schedule.period(), late);
+    const Wake wake = {.clock = schedule.woken(), .late = late};
+    if (pull_)
+      ask(wake);
+    else
+      listen(wake);
   }
   note([&](DeviceLoss& loss) { loss.seconds = lost_for(schedule.woken()); });
-  // An explicit zero, also to a device that seems gone; nobody can act on a refusal here.
-  static_cast<void>(device_.write({}));
+  halt();
   static_cast<void>(device_.enable(false));
   running_.store(false, std::memory_order_release);
 }
 
+void ServoThread::ask(const Wake& wake) noexcept {
+  const std::uint64_t start = thread_cpu_ns();
+  begin(wake);
+  bool answered = open_ && device_.read(tick_.reading);
+  if (answered) {
+    feel();
+    answered = device_.write(servo_.command());
+  }
+  if (answered) {
+    if (lost_) recover(wake.clock);
+  } else {
+    halt();
+    lose(wake.clock);
+  }
+  const std::uint64_t compute = thread_cpu_ns() - start;
+  times_.compute.add(compute);
+  finish(answered, compute, wake.late);
+  if (!answered) try_again(wake.clock);
+}
+
+void ServoThread::listen(const Wake& wake) noexcept {
+  const std::uint64_t calls = calls_.load(std::memory_order_acquire);
+  if (calls != std::exchange(heard_, calls)) {
+    silent_ = 0;
+    if (lost_) recover(wake.clock);
+    return;
+  }
+  silent_ += kLook;  // of the loop's own time: a machine that stood still does not count
+  double patience = Readings::kSilence + tick_of(device_.info());
+  if (calls == 0) patience = std::max(patience, loss_.reopen_after);
+  const bool waits = lost_ && told_ ? !reopen_due(wake.clock) : open_ && silent_ < patience;
+  if (waits) return;
+  halt();
+  heard_ = calls_.load(std::memory_order_acquire);
+  pushed_at_ = 0;
+  begin({.clock = wake.clock});
+  lose(wake.clock);
+  finish(false, 0, 0);
+  try_again(wake.clock);
+}
+
 Wrench ServoThread::pushed(const DeviceState& reading) noexcept {
   const std::uint64_t clock = monotonic_ns(), start = thread_cpu_ns();
+  calls_.fetch_add(1, std::memory_order_release);
   // Its schedule is not ours to know: late is what the period has over a millisecond.
   const std::uint64_t period = pushed_at_ > 0 ? clock - pushed_at_ : kPeriod;
   const std::uint64_t late = period > kPeriod ? period - kPeriod : 0;
   pushed_at_ = clock;
-  times_.period.add(period);
-  times_.late.add(late);
-  times_.overruns += late / kPeriod;
-  ++times_.ticks;
-  begin(clock, late);
+  count_tick(times_, period, late);
+  begin({.clock = clock, .late = late});
   tick_.reading = reading;
   feel();
-  const bool over = stop_.load(std::memory_order_acquire);
-  const Wrench felt = over ? Wrench{} : servo_.command();
-  finish(true, thread_cpu_ns() - start, late);
+  const Wrench felt = halted_.load(std::memory_order_acquire) ? Wrench{} : servo_.command();
+  const std::uint64_t compute = thread_cpu_ns() - start;
+  times_.compute.add(compute);
+  finish(true, compute, late);
   return felt;
 }
 
@@ -343,10 +389,11 @@ ServoTimes null_loop(double seconds, const std::atomic<bool>* stop) {
   const auto ticks = static_cast<std::uint64_t>(std::clamp(seconds, 0.0, 3600.0) * 1000);
   const auto loop = [&times, ticks, stop] {
     prepare_thread(times);
-    Schedule schedule(times);
+    Schedule schedule;
     const std::uint64_t end = monotonic_ns() + ticks * kPeriod;
     while (monotonic_ns() + kPeriod <= end && (stop == nullptr || !stop->load(std::memory_order_relaxed))) {
-      schedule.wait();
+      const std::uint64_t late = schedule.wait();
+      count_tick(times, schedule.period(), late);
       const std::uint64_t start = thread_cpu_ns();
       times.compute.add(thread_cpu_ns() - start);
     }

@@ -66,10 +66,11 @@ struct ServoTimes {
   std::string note;            ///< what was not granted, and why it matters; empty when all was
 };
 
-/// Holds what is done about a pull device that does not answer. From the first tick on it is sent zero force, and read
-/// again.
+/// Holds what is done about a device that does not answer: a pull device whose read() or write() fails, a push device
+/// that has not called for a period and Readings::kSilence. It gets zero force at once, and is read or started again.
 struct LossSettings {
-  double reopen_after = 1;    ///< s without an answer, after which it is closed and opened again, each time
+  /// s without an answer, after which it is closed and opened again, each time; so long a push device may take to begin
+  double reopen_after = 1;
   double give_up_after = 30;  ///< s without an answer, after which the loop ends; infinite: never
 };
 
@@ -82,12 +83,13 @@ struct DeviceLoss {
   std::string reason;      ///< in the device's words, the last ones that it had
 };
 
-/// Owns the 1 kHz loop of one device: a thread for a pull device, on an absolute schedule that skips whole periods on
-/// overrun. SCHED_FIFO and locked memory where the system grants them. Forces are switched on before the first tick,
-/// and off after an explicit zero. A device that does not answer gets no force and is tried again.
+/// Owns the loop of one device: a thread on an absolute schedule of 1 ms that skips whole periods on overrun. It reads
+/// a pull device, with SCHED_FIFO and locked memory where the system grants them, and looks whether a push device has
+/// called. Forces are switched on before the first tick, once the device is ready (make_ready()), and off after an
+/// explicit zero. A device that does not answer gets no force and is tried again.
 class ServoThread {
  public:
-  /// `device` and `channel` must outlive the thread; `telemetry` may be null.
+  /// `device`, which is open, and `channel` must outlive the thread; `telemetry` may be null.
   ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
               SpscQueue<ServoTick>* telemetry, const LossSettings& loss = {});
   ServoThread(const ServoThread&) = delete;
@@ -109,23 +111,38 @@ class ServoThread {
   [[nodiscard]] const ServoTimes& times() const noexcept { return times_; }
 
  private:
+  /// A wake-up of the loop, CLOCK_MONOTONIC in ns, and how much after its due time it came.
+  struct Wake {
+    std::uint64_t clock = 0, late = 0;
+  };
   void run() noexcept;
-  /// Returns a push device's tick.
+  /// Pull: a tick.
+  void ask(const Wake& wake) noexcept;
+  /// Push: looks whether the device has called.
+  void listen(const Wake& wake) noexcept;
+  /// Returns a push device's tick. Between a start() of the device and its stop() the servo, the tick in hand, the
+  /// telemetry and the times are those of its thread, else the loop's.
   [[nodiscard]] Wrench pushed(const DeviceState& reading) noexcept;
-  /// What is due before the reading: settings, and what the clock says, `late` ns after the due time.
-  void begin(std::uint64_t clock, std::uint64_t late) noexcept;
+  /// What is due before the reading: settings, and what the clock says.
+  void begin(const Wake& wake) noexcept;
   /// The servo's step with tick_.reading.
   void feel() noexcept;
   /// Completes the tick and sends it.
   void finish(bool answered, std::uint64_t compute, std::uint64_t late) noexcept;
+  /// An explicit zero, also to a device that seems gone; a push device calls no more.
+  void halt() noexcept;
+  /// Switches the forces of an open device on, and has a push device call.
+  [[nodiscard]] Status go();
   /// In a tick in which the device did not answer; `why` where that is known.
   void lose(std::uint64_t clock, const char* why = nullptr) noexcept;
-  /// Closes and opens the device.
-  void reopen() noexcept;
+  /// Starts or opens the lost device again, where that is due.
+  void try_again(std::uint64_t clock) noexcept;
   /// It answers again.
   void recover(std::uint64_t clock) noexcept;
   [[nodiscard]] bool given_up(std::uint64_t clock) const noexcept;
   [[nodiscard]] double lost_for(std::uint64_t clock) const noexcept;
+  /// Returns whether it is time to close and open a lost device.
+  [[nodiscard]] bool reopen_due(std::uint64_t clock) const noexcept;
   /// Changes the loss that goes on, if it is noted.
   template <typename Change>
   void note(Change&& change) noexcept;
@@ -139,10 +156,16 @@ class ServoThread {
   ServoTimes times_;
   ServoTick tick_;               ///< the one in hand
   std::uint32_t carried_ = 0;    ///< flags that belong to the next sample
-  bool pushed_ = false;          ///< a push device has this
   std::uint64_t pushed_at_ = 0;  ///< CLOCK_MONOTONIC of a push device's last tick, ns; 0 before the first
+  bool returning_ = false;       ///< the next reading is the first after a loss
+  const bool pull_;
+  std::atomic<std::uint64_t> calls_{0};  ///< of a push device
+  std::atomic<bool> halted_{true};       ///< it is told zero, whatever it calls with
+  // The loop's alone.
+  std::uint64_t heard_ = 0;  ///< of these calls
+  double silent_ = 0;        ///< s of the loop in which a push device has not called
   LossSettings loss_;
-  bool open_ = true;                  ///< as far as the loop knows, with its forces on
+  bool open_ = false;                 ///< as far as the loop knows, with its forces on
   bool lost_ = false, told_ = false;  ///< the device does not answer; the telemetry has it
   std::uint64_t lost_at_ = 0;         ///< ns, since then
   double reopen_at_ = 0;              ///< s of the loss, when the device is due to be opened

@@ -73,5 +73,90 @@ TEST(Device, WhatAKindHasNoUseForIsDone) {
   device.close();
 }
 
+/// Does not know where its arm is, and finds out as its kind has it.
+class Lost final : public HapticDevice {
+ public:
+  explicit Lost(Calibration kind) : kind_(kind) {}
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Status open() override {
+    calls += "open ";
+    return opens ? Status() : fail(Errc::DeviceUnavailable, "no device on the bus");
+  }
+  DeviceStatus status() const override {
+    DeviceStatus status;
+    status.calibration = known ? Calibration::Done : kind_;
+    status.to_do = to_do;
+    return status;
+  }
+  Status calibrate(ArmMotion motion) override {
+    calls += motion == ArmMotion::Allowed ? "move " : "look ";
+    if (kind_ == Calibration::ByArm && motion == ArmMotion::Forbidden)
+      return fail(Errc::InvalidArgument, "arm: would have to move");
+    known = finds;
+    if (known) to_do.clear();
+    return {};
+  }
+  bool opens = true, finds = true, known = false;
+  std::string to_do, calls;
+
+ private:
+  DeviceInfo info_ = {.name = "arm"};
+  Calibration kind_;
+};
+
+TEST(BringUp, ADeviceThatKnowsWhereItIsIsOnlyOpened) {
+  Lost device(Calibration::Done);
+  EXPECT_TRUE(bring_up(device, ArmMotion::Allowed));
+  EXPECT_EQ(device.calls, "open ");
+}
+
+TEST(BringUp, AnArmMovesOnlyWhereThatIsAllowed) {
+  Lost device(Calibration::ByArm);
+  const Status refused = bring_up(device);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "arm: would have to move");
+  EXPECT_FALSE(device.known);
+  EXPECT_TRUE(make_ready(device, ArmMotion::Allowed));
+  EXPECT_EQ(device.calls, "open look move ");
+}
+
+TEST(BringUp, WhatAPersonMustDoIsSaidAndOnceItIsDoneTheDeviceIsReady) {
+  Lost device(Calibration::ByPerson);
+  device.to_do = "put the pen\ninto the inkwell";
+  device.finds = false;
+  const Status refused = bring_up(device);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::DeviceUnavailable);
+  EXPECT_EQ(refused.error().message, "arm: put the pen\\x0ainto the inkwell");
+  device.finds = true;
+  EXPECT_TRUE(bring_up(device));
+  EXPECT_EQ(device.calls, "open look open look ");
+}
+
+TEST(BringUp, ADeviceThatIsNoWiserAfterItGetsNoForce) {
+  Lost device(Calibration::ByPerson);
+  device.finds = false;
+  const Status refused = bring_up(device);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("does not know where its arm is"), std::string::npos);
+}
+
+TEST(BringUp, WhatAPersonMustDoCountsForADeviceThatKnowsWhereItIs) {
+  Lost device(Calibration::Done);
+  device.to_do = "switch on its power";
+  const Status refused = bring_up(device);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "arm: switch on its power");
+}
+
+TEST(BringUp, WhatCannotBeOpenedIsNotAskedToLook) {
+  Lost device(Calibration::ByPerson);
+  device.opens = false;
+  const Status refused = bring_up(device);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "no device on the bus");
+  EXPECT_EQ(device.calls, "open ");
+}
+
 }  // namespace
 }  // namespace relief

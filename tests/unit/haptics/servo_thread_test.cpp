@@ -149,44 +149,130 @@ TEST(ServoThread, HasThePriorityThatUsersAreToldToAllow) {
   }
 }
 
-/// A push device: its own thread presses into the ball, as fast as it can, and stands still for 60 ms once.
+/// A push device: its own thread presses 3 mm into the ball for 100 ticks, rests outside for 50, and so on. What is not
+/// atomic belongs to that thread while it is started, else to the servo's loop, and to the test after stop().
 class PushingDevice final : public HapticDevice {
  public:
   PushingDevice() { info_.pull = false; }
   ~PushingDevice() override { stop(); }
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  Status open() override {
+    calls += "open ";
+    silent_ = false;
+    return {};
+  }
+  DeviceStatus status() const override {
+    DeviceStatus status;
+    status.trouble = "the scheduler is busy";
+    return status;
+  }
+  Status enable(bool on) override {
+    calls += on ? "on " : "off ";
+    return {};
+  }
+  void close() noexcept override { calls += "close "; }
   [[nodiscard]] bool start(PushTick tick) noexcept override {
-    thread_ = std::thread([this, tick] {
-      for (int k = 0; !stop_; ++k) {
-        if (k == kPause) std::this_thread::sleep_for(std::chrono::milliseconds(60));
-        forces.push_back(tick(reading(k)).force);
-        ticks_ = k + 1;
-        std::this_thread::sleep_for(std::chrono::microseconds(200));
-      }
-      last = tick(reading(static_cast<int>(ticks_))).force;
-    });
+    if (refuses > 0) {
+      --refuses;
+      calls += "refused ";
+      return false;
+    }
+    calls += "start ";
+    stop_ = false;
+    thread_ = std::thread([this, tick] { run(tick); });
     return true;
   }
   void stop() noexcept override {
+    calls += "stop ";
     stop_ = true;
     if (thread_.joinable()) thread_.join();
   }
   static DeviceState reading(int k) {
     DeviceState state;
     state.t = 1e-3 * k;
-    state.position = {0, 0, 0.1 * (1.02 - 1e-3 * std::min(k, 50))};
+    const int phase = k % 150;
+    state.position = {0, 0, 0.1 * (phase < 100 ? 1.005 - 0.0008 * std::min(phase, 50) : 1.01)};
     return state;
   }
-  static constexpr int kPause = 150;
-  std::vector<Vec3d> forces;
-  Vec3d last = {9, 9, 9};
-  std::atomic<int> ticks_{0};
+  void silent_until_opened() { silent_ = true; }
+
+  int pause_at = -1;                             ///< a tick before which it is silent
+  std::chrono::milliseconds pause{0};            ///< for so long
+  std::chrono::steady_clock::duration paused{};  ///< how long it was in truth
+  int silent_at = -1;                            ///< a tick from which on it is silent until it is opened
+  int refuses_then = 0;                          ///< and cannot be started so many times
+  int refuses = 0;                               ///< so many more times it cannot be started
+  std::vector<Vec3d> forces;                     ///< N, by tick
+  std::string calls;
+  std::atomic<int> ticks{0};
 
  private:
+  void run(const PushTick& tick) {
+    for (; !stop_; std::this_thread::sleep_for(std::chrono::microseconds(200))) {
+      if (ticks == silent_at) {
+        silent_ = true;
+        silent_at = -1;
+        refuses = refuses_then;
+      }
+      if (ticks == pause_at) {
+        const auto start = std::chrono::steady_clock::now();
+        std::this_thread::sleep_for(pause);
+        paused = std::chrono::steady_clock::now() - start;
+        pause_at = -1;
+      }
+      call(tick);
+    }
+    call(tick);  // one more, while it is being stopped
+  }
+  void call(const PushTick& tick) {
+    if (silent_) return;
+    forces.push_back(tick(reading(ticks)).force);
+    ++ticks;
+  }
+
   DeviceInfo info_;
+  bool silent_ = false;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
+
+void wait_for(const PushingDevice& device, int ticks) {
+  while (device.ticks < ticks) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+/// What the telemetry has of a run: that of a loss, and that of each tick of the device.
+struct Pushed {
+  std::vector<ServoTick> ticks;
+  std::vector<std::uint64_t> lost;  ///< numbers of the ticks that would have come next
+};
+Pushed pushed(SpscQueue<ServoTick>& telemetry) {
+  Pushed got;
+  for (ServoTick tick; telemetry.pop(tick);) {
+    EXPECT_EQ(tick.number, got.ticks.size());
+    EXPECT_EQ(tick.model == nullptr, (tick.sample.flags & bit(ServoFault::DeviceLost)) != 0);
+    if (tick.model != nullptr)
+      got.ticks.push_back(tick);
+    else
+      got.lost.push_back(tick.number);
+  }
+  return got;
+}
+/// After a loss: the first tick says so, no force before the tool has come out, and then force again.
+void expect_safe_return(const Pushed& got, std::uint64_t first) {
+  ASSERT_LT(first, got.ticks.size());
+  EXPECT_NE(got.ticks[first].sample.flags & bit(ServoFault::Reconnected), 0U);
+  bool latched = true;
+  double most = 0;
+  for (std::uint64_t k = first; k < got.ticks.size(); ++k) {
+    latched = latched && static_cast<int>(k) % 150 < 100;
+    const double force = length(got.ticks[k].sample.force);
+    if (latched) {
+      EXPECT_EQ(force, 0) << k;
+    }
+    most = std::max(most, force);
+  }
+  EXPECT_GT(most, 0.5) << "after lift-off";
+}
 
 TEST(ServoThread, APushDeviceCallsItsServoAtItsOwnTimes) {
   const SnapshotPtr model = sphere();
@@ -194,28 +280,131 @@ TEST(ServoThread, APushDeviceCallsItsServoAtItsOwnTimes) {
   PushingDevice device;
   SpscQueue<ServoTick> telemetry(1 << 14);
   ServoThread servo(device, channel, kSettings, &telemetry);
-  while (device.ticks_ < PushingDevice::kPause + 20) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  wait_for(device, 210);
   EXPECT_TRUE(servo.running());
+  const std::size_t before = static_cast<std::size_t>(device.ticks);
   servo.stop();
   EXPECT_FALSE(servo.running());
-  EXPECT_EQ(device.last, Vec3d{}) << "a command after the stop is zero";
+  EXPECT_TRUE(device.calls.starts_with("on start stop ")) << device.calls;
+  EXPECT_TRUE(device.calls.ends_with("stop off ")) << device.calls;
+  EXPECT_EQ(device.forces.back(), Vec3d{}) << "a command after the stop is zero";
+  const Pushed got = pushed(telemetry);
+  ASSERT_EQ(got.ticks.size(), device.forces.size());
   Servo alone(kSettings, device.info());
-  std::size_t stalled = device.forces.size();  // the tick of the first standstill
-  for (std::size_t k = 0; k < device.forces.size(); ++k) {
-    ServoTick tick;
-    ASSERT_TRUE(telemetry.pop(tick));
-    EXPECT_EQ(tick.number, k);
-    EXPECT_EQ(tick.sample.force, device.forces[k]);
-    if ((tick.sample.flags & bit(ServoFault::Stalled)) != 0) stalled = std::min(stalled, k);
-    if (k < stalled) {
-      EXPECT_EQ(alone.step(*model, PushingDevice::reading(static_cast<int>(k))).force, device.forces[k]) << k;
-    } else if (stalled > 50) {
-      EXPECT_EQ(device.forces[k], Vec3d{}) << "the tool is still inside";
+  bool same = true;  // until the machine stands still
+  double most = 0;
+  for (std::size_t k = 0; k < before; ++k) {
+    const ServoSample& sample = got.ticks[k].sample;
+    same = same && (sample.flags & (bit(ServoFault::Stalled) | bit(ServoFault::Reconnected))) == 0;
+    EXPECT_EQ(sample.force, device.forces[k]) << k;
+    if (same) {
+      EXPECT_EQ(alone.step(*model, PushingDevice::reading(static_cast<int>(k))).force, sample.force) << k;
+    }
+    most = std::max(most, length(sample.force));
+  }
+  EXPECT_GT(most, 0.5);
+  EXPECT_EQ(servo.times().ticks, device.forces.size());
+  EXPECT_EQ(servo.times().compute.count(), device.forces.size());
+}
+
+TEST(ServoThread, APushDeviceThatIsSilentForAMomentIsNotLost) {
+  int judged = 0;
+  for (int run = 0; judged == 0 && run < 20; ++run) {  // where the machine stands still the silence is longer
+    SnapshotChannel channel(sphere());
+    PushingDevice device;
+    device.pause_at = 60;
+    device.pause = std::chrono::milliseconds(10);
+    ServoThread servo(device, channel, kSettings, nullptr);
+    wait_for(device, 70);
+    servo.stop();
+    if (device.paused > std::chrono::milliseconds(15)) continue;
+    ++judged;
+    EXPECT_TRUE(servo.losses().empty());
+    EXPECT_EQ(device.calls, "on start stop off ");
+  }
+  EXPECT_EQ(judged, 1);
+}
+
+TEST(ServoThread, APushDeviceThatIsSilentForLongerIsLostAndComesBackThroughTheSafeState) {
+  SnapshotChannel channel(sphere());
+  PushingDevice device;
+  device.pause_at = 70;
+  device.pause = std::chrono::milliseconds(60);
+  SpscQueue<ServoTick> telemetry(1 << 14);
+  ServoThread servo(device, channel, kSettings, &telemetry, {.reopen_after = 60, .give_up_after = 600});
+  wait_for(device, 550);
+  servo.stop();
+  EXPECT_TRUE(device.calls.starts_with("on start stop on start stop ")) << device.calls;
+  const std::vector<DeviceLoss> losses = servo.losses();
+  ASSERT_FALSE(losses.empty());
+  EXPECT_EQ(servo.times().losses, losses.size());
+  for (const DeviceLoss& loss : losses) {  // the machine may have paused too
+    EXPECT_TRUE(loss.over);
+    EXPECT_EQ(loss.reopened, 0);
+    EXPECT_EQ(loss.reason, "the scheduler is busy");
+  }
+  EXPECT_LE(losses[0].tick, 72U) << "it called once after the pause, and once while it was stopped";
+  const Pushed got = pushed(telemetry);
+  ASSERT_EQ(got.lost.size(), losses.size()) << "each is told once";
+  EXPECT_EQ(got.lost[0], losses[0].tick);
+  expect_safe_return(got, got.lost.back());
+}
+
+TEST(ServoThread, APushDeviceThatStaysSilentIsOpenedAgainUntilItCanBeStarted) {
+  SnapshotChannel channel(sphere());
+  PushingDevice device;
+  device.silent_at = 70;
+  device.refuses_then = 2;
+  SpscQueue<ServoTick> telemetry(1 << 14);
+  ServoThread servo(device, channel, kSettings, &telemetry, {.reopen_after = 0.05, .give_up_after = 60});
+  wait_for(device, 550);
+  servo.stop();
+  EXPECT_NE(device.calls.find("stop on refused stop close open on refused stop close open on start "),
+            std::string::npos)
+      << device.calls;
+  EXPECT_TRUE(device.calls.ends_with("stop off ")) << device.calls;
+  ASSERT_FALSE(servo.losses().empty());
+  const Pushed got = pushed(telemetry);
+  EXPECT_EQ(got.lost.size(), servo.losses().size());
+  for (const DeviceLoss& loss : servo.losses()) {
+    EXPECT_TRUE(loss.over);
+    EXPECT_EQ(loss.reason, "the scheduler is busy");
+    if (loss.tick == 70) {
+      EXPECT_EQ(loss.reopened, 2);
+      EXPECT_GE(loss.seconds, 0.1);
     }
   }
-  // The machine may have paused before.
-  EXPECT_LE(stalled, static_cast<std::size_t>(PushingDevice::kPause)) << "60 ms without a call";
-  EXPECT_EQ(servo.times().ticks, device.forces.size() + 1);
+  EXPECT_EQ(std::ranges::count(got.lost, 70U), 1);
+  expect_safe_return(got, got.lost.back());
+}
+
+TEST(ServoThread, APushDeviceThatCannotBeStartedAtFirstIsTriedAgain) {
+  SnapshotChannel channel(sphere());
+  PushingDevice device;
+  device.refuses = 2;
+  ServoThread servo(device, channel, kSettings, nullptr, {.reopen_after = 0.03, .give_up_after = 60});
+  wait_for(device, 20);
+  servo.stop();
+  EXPECT_TRUE(device.calls.starts_with("on refused stop stop close open on refused stop close open on start "))
+      << device.calls;
+  ASSERT_FALSE(servo.losses().empty());
+  EXPECT_EQ(servo.losses()[0].tick, 0U);
+  EXPECT_EQ(servo.losses()[0].reason, "the scheduler is busy");
+  EXPECT_EQ(servo.losses()[0].reopened, 2);
+  EXPECT_TRUE(servo.losses()[0].over);
+}
+
+TEST(ServoThread, APushDeviceThatNeverCallsEndsTheLoopWhenItIsGivenUp) {
+  SnapshotChannel channel(sphere());
+  PushingDevice device;
+  device.silent_until_opened();
+  ServoThread servo(device, channel, kSettings, nullptr, {.reopen_after = 0.05, .give_up_after = 0.03});
+  while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(device.calls, "on start stop on start stop off ");
+  ASSERT_EQ(servo.losses().size(), 1U);
+  EXPECT_FALSE(servo.losses()[0].over);
+  EXPECT_GE(servo.losses()[0].seconds, 0.03);
+  EXPECT_EQ(servo.losses()[0].reason, "the scheduler is busy");
 }
 
 TEST(ServoThread, FullTelemetryIsCountedAndFlagged) {
@@ -423,6 +612,54 @@ TEST(ServoThread, ADeviceThatCannotBeSwitchedOnGivesNoForceUntilItCan) {
   EXPECT_TRUE(servo.losses()[0].over);
   EXPECT_EQ(servo.losses()[0].reason, "it was never calibrated");
   EXPECT_GT(*std::ranges::max_element(device.forces), 0.5);
+}
+
+/// Knows where its arm is once a person has put it into its place, and it has been asked after that.
+class UncalibratedDevice final : public HapticDevice {
+ public:
+  const DeviceInfo& info() const noexcept override { return info_; }
+  DeviceStatus status() const override {
+    DeviceStatus status;
+    if (!known_) status.calibration = Calibration::ByPerson;
+    if (!known_) status.to_do = "put the pen into the inkwell";
+    return status;
+  }
+  Status calibrate(ArmMotion motion) override {
+    EXPECT_EQ(motion, ArmMotion::Forbidden) << "nobody has said that it may move";
+    known_ = placed;
+    return {};
+  }
+  Status enable(bool on) override {
+    EXPECT_TRUE(known_ || !on) << "forces without a place";
+    return {};
+  }
+  void close() noexcept override { known_ = false; }
+  bool read(DeviceState& state) noexcept override {
+    state.t = 1e-3 * ++ticks;
+    return true;
+  }
+  bool write(const Wrench&) noexcept override { return true; }
+  std::atomic<int> ticks{0};
+  std::atomic<bool> placed{false};
+
+ private:
+  DeviceInfo info_ = {.name = "pen"};
+  bool known_ = false;
+};
+
+TEST(ServoThread, ADeviceThatDoesNotKnowWhereItIsGetsNoForceUntilItDoes) {
+  SnapshotChannel channel(sphere());
+  UncalibratedDevice device;
+  ServoThread servo(device, channel, kSettings, nullptr, {.reopen_after = 0.01, .give_up_after = 60});
+  while (servo.losses().empty() || servo.losses()[0].reopened < 2)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(device.ticks, 0);
+  EXPECT_EQ(servo.losses()[0].reason, "pen: put the pen into the inkwell");
+  device.placed = true;
+  while (device.ticks < 5) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  servo.stop();
+  EXPECT_EQ(servo.losses().size(), 1U);
+  EXPECT_TRUE(servo.losses()[0].over);
 }
 
 TEST(ServoThread, ADeviceThatEndsIsNotLost) {
