@@ -97,6 +97,49 @@ TEST_F(HandTest, ItsSessionEndsBeforeTheDocumentAndBeginsWithTheNext) {
   EXPECT_TRUE(comes([&] { return hand.monitor().taken() > 20; }));
 }
 
+/// Knows where its arm is once it has been asked to look while a person has put it into its place.
+class ParkedArm final : public HapticDevice {
+ public:
+  explicit ParkedArm(const bool& parked) : parked_(parked) { info_.name = "arm"; }
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] DeviceStatus status() const override {
+    DeviceStatus status;
+    if (!known_) status.calibration = Calibration::ByPerson;
+    if (!known_) status.to_do = "put the pen into the inkwell";
+    return status;
+  }
+  [[nodiscard]] Status calibrate(ArmMotion /*motion*/) override {
+    known_ = parked_;
+    return {};
+  }
+  [[nodiscard]] bool read(DeviceState& state) noexcept override {
+    state.t = 1e-3 * ++ticks_;
+    return true;
+  }
+  [[nodiscard]] bool write(const Wrench& /*wrench*/) noexcept override { return true; }
+
+ private:
+  DeviceInfo info_;
+  const bool& parked_;
+  bool known_ = false;
+  int ticks_ = 0;
+};
+
+TEST_F(HandTest, ADeviceThatDoesNotKnowWhereItIsIsRefusedWithWhatToDo) {
+  bool parked = false;
+  hand.open_devices_with([&](const std::string&, const HandScript&) -> Result<std::unique_ptr<HapticDevice>> {
+    return std::make_unique<ParkedArm>(parked);
+  });
+  hand.choose("simulated");
+  EXPECT_FALSE(hand.active());
+  EXPECT_EQ(said, QStringList{"arm: put the pen into the inkwell"});
+  parked = true;
+  hand.choose("simulated");
+  EXPECT_TRUE(hand.active());
+  EXPECT_TRUE(comes([&] { return hand.monitor().taken() > 20; }));
+  EXPECT_EQ(said.size(), 1);
+}
+
 TEST_F(HandTest, TheMouseProbesWithTheForceOfItsDepth) {
   tools.choose("touch");
   hand.choose("mouse");
