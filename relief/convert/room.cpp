@@ -34,13 +34,15 @@ bool is_usable(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
          std::isfinite(goals.fade_spacings);
 }
 
-/// Returns how far the surface may move. Where nothing lacks room, and all that is mended is what tools take beside
-/// themselves, no more than what that may be untold.
-double may_move(const RoomWanted& wanted, const RoomGoals& goals, bool only_beside) noexcept {
-  double most = goals.most_moved * goals.diagonal;
-  if (!only_beside) return most;
+/// Of the radius of a solid: by so much the surface beside it may move, half of what the tool itself may miss untold.
+/// Both misses add up.
+constexpr double kMoved = kBeside / 2;
+
+/// Returns how far the surface may move, of the diagonal.
+double may_move(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
+  double most = goals.most_moved;
   for (const auto* solids : {&wanted.cut, &wanted.fill})
-    for (const Capsule& c : *solids) most = std::min(most, kBeside * c.radius);
+    for (const Capsule& c : *solids) most = std::min(most, kMoved * c.radius / goals.diagonal);
   return most;
 }
 
@@ -127,8 +129,7 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     if (longer.moved.empty() || !(attempt.lack < most)) return attempt;
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
-    const double most_moved = may_move(wanted, goals, made.before.empty());
-    Resampled anew = resample(surface, mesh, longer, slabs, wanted, most_moved, progress);
+    Resampled anew = resample(surface, mesh, longer, slabs, wanted, goals.most_moved * goals.diagonal, progress);
     if (progress.cancelled()) return cancelled();
     if (!anew.unmet.empty() && tries < kTries) {
       restrained.add(anew.unmet);
@@ -198,11 +199,13 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
   if (!is_usable(wanted, goals))
     return fail(Errc::InvalidArgument,
                 "the solids that want room, or the goals for it, are not numbers that make sense.");
-  RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, goals, progress));
+  RoomGoals within = goals;
+  within.most_moved = may_move(wanted, goals);
+  RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, within, progress));
   // Whoever wants room asks again while there is some. Nobody gets other slabs unless they give all that is lacking: in
   // a thin wall they could not. What hangs over is cut, and told.
   if (!made.moved.empty() || made.after.empty() || !made.on_lattice) return made;
-  RELIEF_TRY(RoomMade finer, room_between_halves(surface, wanted, goals, progress));
+  RELIEF_TRY(RoomMade finer, room_between_halves(surface, wanted, within, progress));
   const bool is_reached = !finer.moved.empty() && finer.after.empty() && worst(finer) < worst(made);
   if (is_reached) finer.before = std::move(made.before);
   return std::move(is_reached ? finer : made);
