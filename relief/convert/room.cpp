@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -105,11 +106,11 @@ struct Attempt {
   double lack = 0;       ///< as in Lengthened
   bool is_sound = true;  ///< as in Lengthened
 };
-/// `roots`: the surface without detail. `untested`: as in lengthen_for(). Where not less would be lacking than `most`,
-/// the surface is not sampled.
+/// `roots`: the surface without detail. `untested`: as in lengthen_for(). The surface is sampled only where what would
+/// be lacking then is_worth() it.
 Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& roots, const RoomWanted& wanted,
-                        const RoomGoals& goals, std::span<const FibreId> untested, double most,
-                        const Progress& progress) {
+                        const RoomGoals& goals, std::span<const FibreId> untested,
+                        const std::function<bool(const Attempt&)>& is_worth, const Progress& progress) {
   // All begins again with less freedom for fibres along which the surface cannot be sampled.
   constexpr int kTries = 4;
   Restrained restrained;
@@ -126,7 +127,7 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     made.overhang_after = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
     made.given_up = restrained.staying.size();
     attempt.lack = longer.moved.empty() ? longer.lack_before : longer.lack_after;
-    if (longer.moved.empty() || !(attempt.lack < most)) return attempt;
+    if (longer.moved.empty() || !is_worth(attempt)) return attempt;
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
     Resampled anew = resample(surface, mesh, longer, slabs, wanted, goals.most_moved * goals.diagonal, progress);
@@ -167,9 +168,11 @@ bool is_enough(const RoomMade& made, const RoomGoals& goals) noexcept {
 Result<RoomMade> room_between_roots(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
                                     const Progress& progress) {
   const WithoutDetail roots(surface);
-  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, *roots, wanted, goals, {}, Box3d::kFar, progress));
+  const auto always = [](const Attempt&) { return true; };
+  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, *roots, wanted, goals, {}, always, progress));
   if (is_enough(first.made, goals) || !first.made.on_lattice) return std::move(first.made);
-  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, *roots, wanted, goals, {}, first.lack, progress));
+  const auto lacks_less = [&](const Attempt& second) { return second.lack < first.lack; };
+  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, *roots, wanted, goals, {}, lacks_less, progress));
   return std::move(second.lack < first.lack ? second.made : first.made);
 }
 
@@ -183,8 +186,10 @@ Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& 
   goals.most_moved -= split->surface_moved / goals.diagonal;
   if (!(goals.most_moved > 0)) return RoomMade{};
   const WithoutDetail roots(*split->model);
+  // Halves that do not give all are of no use to the caller.
+  const auto gives_all = [](const Attempt& all) { return all.made.after.empty(); };
   RELIEF_TRY(Attempt attempt,
-             room_by(RoomWay::Shrink, *split->model, *roots, wanted, goals, split->fibres, Box3d::kFar, progress));
+             room_by(RoomWay::Shrink, *split->model, *roots, wanted, goals, split->fibres, gives_all, progress));
   if (!attempt.is_sound || attempt.made.moved.empty()) return RoomMade{};
   attempt.made.split = split->model;
   attempt.made.halved = split->halved;
