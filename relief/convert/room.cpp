@@ -39,7 +39,7 @@ bool is_usable(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
 /// Both misses add up.
 constexpr double kMoved = kBeside / 2;
 
-/// Returns how far the surface may move, of the diagonal.
+/// Returns how far the surface may move beside what tools cut and fill, of the diagonal.
 double may_move(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
   double most = goals.most_moved;
   for (const auto* solids : {&wanted.cut, &wanted.fill})
@@ -205,7 +205,7 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
     return fail(Errc::InvalidArgument,
                 "the solids that want room, or the goals for it, are not numbers that make sense.");
   RoomGoals within = goals;
-  within.most_moved = may_move(wanted, goals);
+  if (goals.for_tools) within.most_moved = may_move(wanted, goals);
   RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, within, progress));
   // Whoever wants room asks again while there is some. Nobody gets other slabs unless they give all that is lacking: in
   // a thin wall they could not. What hangs over is cut, and told.
