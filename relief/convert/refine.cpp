@@ -328,7 +328,7 @@ Status make_room_where_saturated(const Model& model, std::span<const WornSample>
   }
   SnapshotPtr head = model.head;
   if (!wanted.empty()) {
-    RELIEF_TRY(const RoomMade made, make_room(*head, wanted, {.diagonal = diagonal}, progress));
+    RELIEF_TRY(const RoomMade made, make_room(*head, wanted, {.diagonal = diagonal, .for_tools = false}, progress));
     result.fibres_moved = made.moved.size();
     result.fibres_lacking = made.after.size();
     RELIEF_TRY(head, with_room(head, made));

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -34,13 +35,15 @@ bool is_usable(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
          std::isfinite(goals.fade_spacings);
 }
 
-/// Returns how far the surface may move. Where nothing lacks room, and all that is mended is what tools take beside
-/// themselves, no more than what that may be untold.
-double may_move(const RoomWanted& wanted, const RoomGoals& goals, bool only_beside) noexcept {
-  double most = goals.most_moved * goals.diagonal;
-  if (!only_beside) return most;
+/// Of the radius of a solid: by so much the surface beside it may move, half of what the tool itself may miss untold.
+/// Both misses add up.
+constexpr double kMoved = kBeside / 2;
+
+/// Returns how far the surface may move beside what tools cut and fill, of the diagonal.
+double may_move(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
+  double most = goals.most_moved;
   for (const auto* solids : {&wanted.cut, &wanted.fill})
-    for (const Capsule& c : *solids) most = std::min(most, kBeside * c.radius);
+    for (const Capsule& c : *solids) most = std::min(most, kMoved * c.radius / goals.diagonal);
   return most;
 }
 
@@ -103,11 +106,11 @@ struct Attempt {
   double lack = 0;       ///< as in Lengthened
   bool is_sound = true;  ///< as in Lengthened
 };
-/// `roots`: the surface without detail. `untested`: as in lengthen_for(). Where not less would be lacking than `most`,
-/// the surface is not sampled.
+/// `roots`: the surface without detail. `untested`: as in lengthen_for(). The surface is sampled only where what would
+/// be lacking then is_worth() it.
 Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& roots, const RoomWanted& wanted,
-                        const RoomGoals& goals, std::span<const FibreId> untested, double most,
-                        const Progress& progress) {
+                        const RoomGoals& goals, std::span<const FibreId> untested,
+                        const std::function<bool(const Attempt&)>& is_worth, const Progress& progress) {
   // All begins again with less freedom for fibres along which the surface cannot be sampled.
   constexpr int kTries = 4;
   Restrained restrained;
@@ -124,11 +127,10 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     made.overhang_after = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
     made.given_up = restrained.staying.size();
     attempt.lack = longer.moved.empty() ? longer.lack_before : longer.lack_after;
-    if (longer.moved.empty() || !(attempt.lack < most)) return attempt;
+    if (longer.moved.empty() || !is_worth(attempt)) return attempt;
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
-    const double most_moved = may_move(wanted, goals, made.before.empty());
-    Resampled anew = resample(surface, mesh, longer, slabs, wanted, most_moved, progress);
+    Resampled anew = resample(surface, mesh, longer, slabs, wanted, goals.most_moved * goals.diagonal, progress);
     if (progress.cancelled()) return cancelled();
     if (!anew.unmet.empty() && tries < kTries) {
       restrained.add(anew.unmet);
@@ -166,9 +168,11 @@ bool is_enough(const RoomMade& made, const RoomGoals& goals) noexcept {
 Result<RoomMade> room_between_roots(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
                                     const Progress& progress) {
   const WithoutDetail roots(surface);
-  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, *roots, wanted, goals, {}, Box3d::kFar, progress));
+  const auto always = [](const Attempt&) { return true; };
+  RELIEF_TRY(Attempt first, room_by(RoomWay::Grow, surface, *roots, wanted, goals, {}, always, progress));
   if (is_enough(first.made, goals) || !first.made.on_lattice) return std::move(first.made);
-  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, *roots, wanted, goals, {}, first.lack, progress));
+  const auto lacks_less = [&](const Attempt& second) { return second.lack < first.lack; };
+  RELIEF_TRY(Attempt second, room_by(RoomWay::Shrink, surface, *roots, wanted, goals, {}, lacks_less, progress));
   return std::move(second.lack < first.lack ? second.made : first.made);
 }
 
@@ -182,8 +186,10 @@ Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& 
   goals.most_moved -= split->surface_moved / goals.diagonal;
   if (!(goals.most_moved > 0)) return RoomMade{};
   const WithoutDetail roots(*split->model);
+  // Halves that do not give all are of no use to the caller.
+  const auto gives_all = [](const Attempt& all) { return all.made.after.empty(); };
   RELIEF_TRY(Attempt attempt,
-             room_by(RoomWay::Shrink, *split->model, *roots, wanted, goals, split->fibres, Box3d::kFar, progress));
+             room_by(RoomWay::Shrink, *split->model, *roots, wanted, goals, split->fibres, gives_all, progress));
   if (!attempt.is_sound || attempt.made.moved.empty()) return RoomMade{};
   attempt.made.split = split->model;
   attempt.made.halved = split->halved;
@@ -198,11 +204,13 @@ Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, co
   if (!is_usable(wanted, goals))
     return fail(Errc::InvalidArgument,
                 "the solids that want room, or the goals for it, are not numbers that make sense.");
-  RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, goals, progress));
+  RoomGoals within = goals;
+  if (goals.for_tools) within.most_moved = may_move(wanted, goals);
+  RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, within, progress));
   // Whoever wants room asks again while there is some. Nobody gets other slabs unless they give all that is lacking: in
   // a thin wall they could not. What hangs over is cut, and told.
   if (!made.moved.empty() || made.after.empty() || !made.on_lattice) return made;
-  RELIEF_TRY(RoomMade finer, room_between_halves(surface, wanted, goals, progress));
+  RELIEF_TRY(RoomMade finer, room_between_halves(surface, wanted, within, progress));
   const bool is_reached = !finer.moved.empty() && finer.after.empty() && worst(finer) < worst(made);
   if (is_reached) finer.before = std::move(made.before);
   return std::move(is_reached ? finer : made);

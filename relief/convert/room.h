@@ -20,8 +20,11 @@ struct RoomGoals {
   double diagonal = 0;    ///< of the source, model units; what follows are shares of it
   double margin = 0.015;  ///< clay below what is cut, and air above what is filled
   double longest = 0.4;   ///< of a fibre; none that is longer is made longer still
-  double most_moved =
-      2e-3;  ///< of the surface outside the solids, by sampling it again; fibres that would do more stay
+  /// Of the surface outside the solids, by sampling it again; fibres that would do more stay.
+  double most_moved = 2e-3;
+  /// Whether the solids are what tools cut and fill: then the surface moves by no more than half of what these may miss
+  /// untold, too. Else they only say where clay is wanted.
+  bool for_tools = true;
   /// Tools fade out in the last of the clay. So a cut wants this share of what lies below the surface, and at least so
   /// many sample spacings, where that exceeds the margin.
   double fade_share = 0.1, fade_spacings = 2;

@@ -19,17 +19,35 @@ struct SlabPlace {
 };
 
 /// The micro-triangles of slabs, stitched, holes last; no vertex twice.
-struct OldSurface {
-  std::vector<Vec3d> points;  ///< model units
-  std::vector<Face> faces;
-  std::size_t phantom_from = 0;                   ///< the first hole
-  std::vector<SlabId> slab_of;                    ///< by face
-  std::vector<std::array<GridPoint, 3>> cell_of;  ///< by face, on the slab's own grid
+class OldSurface {
+ public:
+  /// `slabs`: ascending. The surface must outlive it.
+  OldSurface(const Snapshot& surface, std::span<const SlabId> slabs, const Lattice& lattice);
 
-  OldSurface(const Snapshot& surface, std::span<const SlabId> slabs);
+  [[nodiscard]] const SourceRays& rays() const noexcept { return rays_; }
+  /// Returns the number of the first face that is a hole.
+  [[nodiscard]] std::size_t phantom_from() const noexcept { return triangles_.phantom_from; }
   /// Of weights of a face's corners.
-  [[nodiscard]] SlabPlace place(const Snapshot& surface, std::uint32_t face,
-                                const std::array<double, 3>& weights) const noexcept;
+  [[nodiscard]] SlabPlace place(std::uint32_t face, const std::array<double, 3>& weights) const noexcept;
+
+ private:
+  struct Triangles {
+    std::vector<Vec3d> points;  ///< model units
+    std::vector<Face> faces;
+    std::size_t phantom_from = 0;
+    std::vector<SlabId> slab_of;  ///< by face
+    /// By face: i and j of its corners on the slab's own grid.
+    std::vector<std::array<std::uint8_t, 6>> cell_of;
+    std::vector<std::size_t> begin_of;  ///< of each slab's samples
+    std::vector<std::uint32_t> number;  ///< by sample: of the point that the first of its copies has
+
+    Triangles(const Snapshot& surface, std::span<const SlabId> slabs);
+    void add_points(const Snapshot& surface, std::span<const SlabId> slabs);
+    void add_faces(const Snapshot& surface, std::span<const SlabId> slabs, bool holes);
+  };
+  const Snapshot& surface_;
+  Triangles triangles_;
+  SourceRays rays_;
 };
 
 }  // namespace relief::detail

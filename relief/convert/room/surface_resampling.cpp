@@ -18,19 +18,14 @@ namespace {
 class Resampling {
  public:
   Resampling(const Snapshot& surface, const SlabMesh& mesh, const Lengthened& longer, std::span<const SlabId> slabs)
-      : surface_(surface),
-        mesh_(mesh),
-        lattice_(longer.lattice),
-        slabs_(slabs),
-        old_(surface, slabs),
-        rays_(old_.points, old_.faces, lattice_) {
+      : surface_(surface), mesh_(mesh), lattice_(longer.lattice), slabs_(slabs), old_(surface, slabs, lattice_) {
     moved_.reserve(longer.moved.size());
     for (const MovedFibre& m : longer.moved) moved_.push_back(m.fibre);
   }
 
   Resampled run(const RoomWanted& wanted, double most_moved, const Progress& progress) {
     Resampled made;
-    const std::vector<SlabSamples> cast = sample_slabs(mesh_, slabs_, {rays_, lattice_, old_.phantom_from}, progress);
+    const std::vector<SlabSamples> cast = sample_slabs(mesh_, slabs_, {rays_, lattice_, old_.phantom_from()}, progress);
     if (cast.empty()) return made;
     made.unmet = moved_of([&](std::size_t k) { return misses(slabs_[k], cast[k]); });
     if (!made.unmet.empty()) return made;
@@ -179,9 +174,9 @@ class Resampling {
     const Crossing* met = nullptr;
     for (const Crossing& c : crossings.all())
       if (met == nullptr || std::abs(c.t - alpha) < std::abs(met->t - alpha)) met = &c;
-    if (met != nullptr) return old_.place(surface_, met->triangle, met->weights);
+    if (met != nullptr) return old_.place(met->triangle, met->weights);
     const SourceRays::Nearest nearest = rays_.nearest(line.origin + line.direction * alpha);
-    return old_.place(surface_, nearest.triangle, nearest.weights);
+    return old_.place(nearest.triangle, nearest.weights);
   }
 
   /// Returns a layer beside the displacement, read where its samples come to lie on the old surface.
@@ -257,7 +252,7 @@ class Resampling {
   const Lattice& lattice_;
   std::span<const SlabId> slabs_;
   OldSurface old_;
-  SourceRays rays_;
+  const SourceRays& rays_ = old_.rays();
   std::vector<FibreId> moved_;
   Tiles displacement_;
 };

@@ -34,6 +34,7 @@ namespace {
 
 constexpr double kDiagonal = 3.4;  // of the ball's bounding box
 constexpr double kTold = 0.05;     // in radii: what tools may miss by untold
+constexpr double kMoved = 0.025;   // in radii: and by so much the surface may move beside that
 
 /// Fibres near its equator lean by 45 degrees, or by more, by the tangent.
 std::shared_ptr<const SlabMesh> leaning_ball(double tangent = 1, int n = 16) {
@@ -275,7 +276,7 @@ TEST(Room, TurnsFibresThatWouldCrossWhileTheyAreLong) {
 }
 
 // Here there is clay enough. What a tool takes beside itself is mended only where the surface then moves by no more
-// than the tool may miss.
+// than half of what the tool may miss.
 TEST(Room, TurnsWhatOnlyHangsOverAsFarAsTheSurfaceStays) {
   const SnapshotPtr model = testing::displaced(leaning_ball(), [](Vec3d) { return 0.5; });
   const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.045, 0.042};
@@ -285,14 +286,18 @@ TEST(Room, TurnsWhatOnlyHangsOverAsFarAsTheSurfaceStays) {
   EXPECT_GT(free->overhang_before, kTold * place.radius);
   EXPECT_LT(free->overhang_after, free->overhang_before);
   EXPECT_GT(free->turned, 0U);
-  EXPECT_LE(free->surface_moved, kTold * place.radius);
+  EXPECT_LE(free->surface_moved, kMoved * place.radius);
 }
 
-// On a surface with waves as long as a few samples it moves where fibres turn: at one place by 0.03 radii, at another
-// it would by 0.06.
+/// Waves as long as a few samples over a ball of leaning fibres: where these turn, the surface moves.
+SnapshotPtr wavy_ball(double high) {
+  return testing::displaced(leaning_ball(),
+                            [high](Vec3d p) { return high + 0.03 * std::sin(30 * p.x) * std::cos(30 * p.y + p.z); });
+}
+
+// At one place it moves by 0.018 radii, at another it would by 0.036.
 TEST(Room, TurnsNothingWhereTheSurfaceWouldMoveByMoreThanAToolMayMiss) {
-  const SnapshotPtr model = testing::displaced(
-      leaning_ball(), [](Vec3d p) { return 0.5 + 0.05 * std::sin(30 * p.x) * std::cos(30 * p.y + p.z); });
+  const SnapshotPtr model = wavy_ball(0.5);
   std::vector<std::size_t> turned;
   for (const Vec3d at : {Vec3d{1, 0.2, 0.1}, Vec3d{-0.8, -0.2, 0.5}}) {
     const Place place = {closest_point(*model, at), 0.045, 0.042};
@@ -300,11 +305,28 @@ TEST(Room, TurnsNothingWhereTheSurfaceWouldMoveByMoreThanAToolMayMiss) {
     ASSERT_TRUE(made);
     EXPECT_TRUE(made->before.empty()) << "no room is lacking";
     EXPECT_GT(made->overhang_before, kTold * place.radius);
-    EXPECT_LE(made->surface_moved, kTold * place.radius);
+    EXPECT_LE(made->surface_moved, kMoved * place.radius);
     turned.push_back(made->turned);
   }
   EXPECT_GT(turned[0], 0U);
   EXPECT_EQ(turned[1], 0U);
+}
+
+// The same where clay is lacking: what a fine tool misses must not come from the room that was made for it.
+TEST(Room, MovesTheSurfaceLittleUnderAFineToolWhereClayIsLackingToo) {
+  const SnapshotPtr model = wavy_ball(0.3);
+  std::size_t with_room = 0;
+  for (int k = 0; k < 12; ++k) {
+    const double turn = 0.5 * k;
+    const Place place = {closest_point(*model, {std::cos(turn), std::sin(turn), 0.3 * std::cos(5 * turn)}), 0.045,
+                         0.042};
+    const Result<RoomMade> made = make_room(*model, place.cut(), goals());
+    ASSERT_TRUE(made);
+    EXPECT_FALSE(made->before.empty()) << "room is lacking";
+    EXPECT_LE(made->surface_moved, kMoved * place.radius) << k;
+    with_room += made->moved.empty() ? 0 : 1;
+  }
+  EXPECT_GT(with_room, 0U);
 }
 
 // A ball whose middle lies in the body is met from beside by all fibres around its mouth, however they stand.
