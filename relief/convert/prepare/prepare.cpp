@@ -7,7 +7,6 @@
 #include <relief/convert/support/sort_unique.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <numeric>
 #include <span>
@@ -25,7 +24,7 @@ constexpr int kSmoothings = 3;               // settle a few crossings; many do 
 /// How much of a closed source may be replaced or pushed aside, and what has been replaced.
 class Budget {
  public:
-  explicit Budget(const ClosedSource& s) : most_faces_(kMost * (double(s.faces.size()) + kFewFaces)) {
+  explicit Budget(const ClosedSource& s) : most_faces_(kMost * (double(std::ranges::count(s.patch, 0)) + kFewFaces)) {
     for (const auto& [a, b, c] : s.faces) {
       const Vec3d at = to_double(s.points[a]);
       most_area_ += kMost * 0.5 * length(cross(to_double(s.points[b]) - at, to_double(s.points[c]) - at));
@@ -33,15 +32,15 @@ class Budget {
   }
   /// `share`: of what is left.
   [[nodiscard]] bool allows(const SourceEditor::Loss& more, double share) const noexcept {
-    return more.area <= share * (most_area_ - spent_.area) &&
-           double(more.all_faces) <= share * (most_faces_ - double(spent_.all_faces));
+    return cuts_ < kMostCuts && more.area <= share * (most_area_ - spent_.area) &&
+           double(more.faces) <= share * (most_faces_ - double(spent_.faces));
   }
   [[nodiscard]] bool allows_pushing(std::size_t faces) const noexcept { return double(faces) <= kPushed * most_faces_; }
   /// What has to go farther than the limits say must be so little that it could be replaced.
   [[nodiscard]] bool allows_farther(std::size_t faces) const noexcept { return double(faces) <= most_faces_; }
   void spend(const SourceEditor::Loss& loss) noexcept {
+    ++cuts_;
     spent_.area += loss.area;
-    spent_.all_faces += loss.all_faces;
     spent_.faces += loss.faces;
     spent_.components += loss.components;
     if (loss.widest > spent_.widest) {
@@ -52,12 +51,15 @@ class Budget {
   [[nodiscard]] const SourceEditor::Loss& spent() const noexcept { return spent_; }
 
  private:
-  static constexpr double kMost = 0.03;  // of the area, and of the faces where there are many
+  static constexpr double kMost = 0.03;  // of the area, and of the scanned faces where there are many
   // A patch of some rings takes 60 faces: a source of few faces may have one nevertheless.
   static constexpr double kFewFaces = 2000;
   static constexpr double kPushed = 3;  // times as many may meet: solids that lie in each other cannot be pushed apart
 
-  double most_area_ = 0;  // square lattice steps
+  static constexpr int kMostCuts = 40;  // so that it ends: faces without area cost nothing where they are patches
+
+  int cuts_ = 0;
+  double most_area_ = 0;  // of all faces, square lattice steps
   double most_faces_;
   SourceEditor::Loss spent_;
 };
@@ -132,8 +134,8 @@ std::vector<Obstacle> specks_among(SourceEditor& editor, const std::vector<Obsta
 
 enum class Remedy : std::uint8_t {
   Smooth,     ///< around the defects
-  Leave,      ///< vertices that are seen by no more than a needle's point
   Cut,        ///< out, and patch
+  Leave,      ///< vertices that are seen by no more than a needle's point
   PushApart,  ///< what meets, and cut out what is left
   None
 };
@@ -172,8 +174,7 @@ class Mending {
   [[nodiscard]] bool may_cut(std::span<const std::uint32_t> faces) const;
   void find_spikes(double least);
   void note(const std::vector<Defect>& defects);
-  bool cut(std::span<const std::uint32_t> faces);
-  void restore();
+  std::size_t restore_all();
   [[nodiscard]] std::size_t rings() const noexcept { return room_ ? 0 : 1; }  // around what is cut out
   bool push_apart();
   bool widen();
@@ -223,19 +224,22 @@ void Mending::run() {
         for (const std::uint32_t f : faces)
           trouble.insert(trouble.end(), editor_.source().faces[f].begin(), editor_.source().faces[f].end());
         break;
+      case Remedy::Cut: {
+        const auto loss = editor_.cut_and_patch(faces, rings());
+        if (!loss) return;
+        budget_.spend(*loss);
+        break;
+      }
       case Remedy::Leave:
-        restore();
+        restore_all();
         has_needles_ = false;
         least_ = kNeedle;
         if (!editor_.look_at_all(wanted_, least_, progress_)) return;
         singular_.clear();
         as_it_is = true;
         break;
-      case Remedy::Cut:
-        if (!cut(faces)) return;
-        break;
       case Remedy::PushApart:
-        if (!editor_.was_cut()) restore();
+        if (!editor_.was_cut()) restore_all();
         room_.emplace(editor_.source(), editor_.rings(), limits_.longest, InitialShell::Heights::Stiff);
         break;
       case Remedy::None:
@@ -281,11 +285,11 @@ std::optional<std::vector<Defect>> Mending::find_defects() {
 
 Remedy Mending::remedy_for(std::span<const Defect> defects) const {
   const bool is_new = !room_ && !editor_.was_cut();
-  if (is_new && !singular_.empty() && has_needles_) return Remedy::Leave;
   if (is_new && singular_.empty() && smoothings_ < kSmoothings &&
       shell_.faults().size() <= few_to_smooth(result_.source.faces.size()))
     return Remedy::Smooth;
   if (may_cut(faces_of(editor_, defects))) return Remedy::Cut;
+  if (is_new && !singular_.empty() && has_needles_) return Remedy::Leave;
   return room_ ? Remedy::None : Remedy::PushApart;
 }
 
@@ -316,17 +320,11 @@ bool Mending::may_cut(std::span<const std::uint32_t> faces) const {
   return budget_.allows(editor_.loss_of_cut(faces, rings()), room_ ? 1 : kShare);
 }
 
-bool Mending::cut(std::span<const std::uint32_t> faces) {
-  const auto loss = editor_.cut_and_patch(faces, rings());
-  if (loss) budget_.spend(*loss);
-  return loss.has_value();
-}
-
-/// Puts all points back to where they were given.
-void Mending::restore() {
+/// Puts all points back to where they were kept. How many that moves.
+std::size_t Mending::restore_all() {
   std::vector<std::uint32_t> points(editor_.source().points.size());
   std::iota(points.begin(), points.end(), 0U);
-  editor_.restore(std::move(points), least_);
+  return editor_.restore(std::move(points), least_);
 }
 
 /// Pushes apart what meets, or has less room than a stiff shell takes, until nothing does or that leads no further.
@@ -344,11 +342,13 @@ bool Mending::push_apart() {
     near.insert(near.end(), room_->faults().begin(), room_->faults().end());
     if (near.empty()) return true;
     sort_unique(near);
-    if (!budget_.allows_pushing(near.size())) return false;
+    const auto scanned =
+        static_cast<std::size_t>(std::ranges::count_if(near, [&](std::uint32_t f) { return editor_.is_scanned(f); }));
+    if (!budget_.allows_pushing(scanned)) return false;
     vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
     fewest = std::min(fewest, near.size());
     if (vain == kVain) {
-      if (farthest_ >= kFarther * limits_.farthest || !budget_.allows_farther(near.size())) return true;
+      if (farthest_ >= kFarther * limits_.farthest || !budget_.allows_farther(scanned)) return true;
       farthest_ *= 2;
       editor_.allow(farthest_);
       vain = 0;
@@ -392,12 +392,7 @@ bool Mending::widen() {
       for (const std::uint32_t v : source.faces[f])
         editor_.rings().around(v, [&](std::uint32_t h) { points.push_back(source.faces[h / 3][(h + 1) % 3]); });
     std::size_t back = editor_.restore(points, least_);
-    if (back == 0 && !bad.empty()) {
-      // What stands in the way lies farther off.
-      points.resize(source.points.size());
-      std::iota(points.begin(), points.end(), 0U);
-      back = editor_.restore(points, least_);
-    }
+    if (back == 0 && !bad.empty()) back = restore_all();  // what stands in the way lies farther off
     if (back == 0) return bad.empty();
     bad.clear();
     touched = editor_.take_changes().points;

@@ -468,7 +468,7 @@ SourceEditor::Loss SourceEditor::loss_of_cut(std::span<const std::uint32_t> bad,
 
 SourceEditor::Loss SourceEditor::loss_of(const CutRegion& region) const {
   const CutRegion::Piece widest = region.widest();
-  Loss loss{.all_faces = region.faces().size(), .widest = widest.diagonal, .place = widest.middle};
+  Loss loss{.widest = widest.diagonal, .place = widest.middle};
   for (const std::uint32_t f : region.faces()) {
     loss.area += area_of(f);
     loss.faces += is_scanned(f);

@@ -75,8 +75,7 @@ class SourceEditor {
   void allow(double farthest) noexcept { farthest_ = farthest; }
 
   struct Loss {
-    double area = 0;  ///< of all faces, square lattice steps
-    std::size_t all_faces = 0;
+    double area = 0;                        ///< of all faces, square lattice steps
     std::size_t faces = 0, components = 0;  ///< that were scanned
     double widest = 0;                      ///< diagonal of the box around the widest hole, lattice steps
     LatticePoint place;                     ///< in the middle of it
