@@ -135,7 +135,6 @@ std::vector<Obstacle> specks_among(SourceEditor& editor, const std::vector<Obsta
 enum class Remedy : std::uint8_t {
   Smooth,     ///< around the defects
   Cut,        ///< out, and patch
-  Leave,      ///< vertices that are seen by no more than a needle's point
   PushApart,  ///< what meets, and cut out what is left
   None
 };
@@ -146,12 +145,13 @@ class Mending {
  public:
   /// `start`: where the source's points lay at first.
   Mending(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits, bool may_truncate,
-          const Progress& progress)
+          double least, const Progress& progress)
       : result_(result),
         limits_(limits),
         may_truncate_(may_truncate),
         progress_(progress),
         wanted_(limits.creased ? kLeast : kWanted),
+        least_(least),
         budget_(result.source),
         farthest_(limits.farthest),
         editor_(result.source, start, farthest_),
@@ -162,6 +162,8 @@ class Mending {
 
   /// Ends with a stand, or without a remedy that may help.
   void run();
+  /// Whether every vertex given was seen, some by less than asked for, but by a needle's point at least.
+  [[nodiscard]] bool has_needles() const noexcept { return has_needles_; }
   /// Returns the vertices, by their numbers in the given source, that no direction saw after smoothing and whose edges
   /// are so long that it could not help. After run().
   [[nodiscard]] const std::vector<std::uint32_t>& spikes() const noexcept { return spikes_; }
@@ -183,13 +185,13 @@ class Mending {
   const PrepareLimits& limits_;
   bool may_truncate_;
   const Progress& progress_;
-  double wanted_, least_ = kLeast;  // visibility
+  double wanted_, least_;  // visibility
   Budget budget_;
   double farthest_;  // that points may lie from their start by now, lattice steps
   SourceEditor editor_;
   InitialShell shell_;
   std::optional<InitialShell> room_;  // once sheets are pushed apart: finds those that have not much of it
-  bool has_needles_ = false;          // every vertex given was seen, some by no more than a needle's point
+  bool has_needles_ = false;
   int smoothings_ = 0;
   std::vector<std::uint32_t> singular_, spikes_;
   SourceEditor::Changes latest_, changes_;  // since room_, shell_ were made
@@ -198,7 +200,7 @@ class Mending {
 void Mending::run() {
   using Seen = SourceEditor::Seen;
   const auto seen_as_needles = editor_.look_at_all(wanted_, kNeedle, progress_);
-  const auto seen = seen_as_needles == Seen::Well ? seen_as_needles : editor_.look_at_all(wanted_, kLeast, progress_);
+  const auto seen = seen_as_needles == Seen::Well ? seen_as_needles : editor_.look_at_all(wanted_, least_, progress_);
   if (!seen) return;
   has_needles_ = seen == Seen::NotAll && seen_as_needles != Seen::NotAll;
   singular_ = editor_.singular();
@@ -230,14 +232,6 @@ void Mending::run() {
         budget_.spend(*loss);
         break;
       }
-      case Remedy::Leave:
-        restore_all();
-        has_needles_ = false;
-        least_ = kNeedle;
-        if (!editor_.look_at_all(wanted_, least_, progress_)) return;
-        singular_.clear();
-        as_it_is = true;
-        break;
       case Remedy::PushApart:
         if (!editor_.was_cut()) restore_all();
         room_.emplace(editor_.source(), editor_.rings(), limits_.longest, InitialShell::Heights::Stiff);
@@ -289,7 +283,6 @@ Remedy Mending::remedy_for(std::span<const Defect> defects) const {
       shell_.faults().size() <= few_to_smooth(result_.source.faces.size()))
     return Remedy::Smooth;
   if (may_cut(faces_of(editor_, defects))) return Remedy::Cut;
-  if (is_new && !singular_.empty() && has_needles_) return Remedy::Leave;
   return room_ ? Remedy::None : Remedy::PushApart;
 }
 
@@ -442,13 +435,20 @@ Prepared prepare(ClosedSource given, const PrepareLimits& limits, const Progress
   ClosedSource& s = result.source;
   if (!split_high_valences(result)) return result;
   std::vector<LatticePoint> start = s.points;
-  for (bool may_truncate = true;;) {
+  bool may_truncate = true;
+  for (double least = kLeast;;) {
     result.repairs.parted_points = separate_coincident_points(s, limits.apart);
-    Mending mending(result, start, limits, may_truncate, progress);
+    Mending mending(result, start, limits, may_truncate, least, progress);
     mending.run();
-    if (result.stand || !result.specks.empty() || mending.spikes().empty() || progress.cancelled()) break;
-    // The source that was given is cut off there, and is a new one then.
+    if (result.stand || !result.specks.empty() || progress.cancelled()) break;
+    // What is tried last does not go on from there, but from what was given: needles stay as they are, then spikes are
+    // truncated, which makes a new source.
     s.points = start;
+    if (mending.has_needles()) {
+      least = kNeedle;
+      continue;
+    }
+    if (mending.spikes().empty()) break;
     const std::size_t truncated = truncate_spikes(s, mending.spikes(), limits.farthest);
     may_truncate = truncated > 0;
     result.repairs.truncated_spikes += truncated;
