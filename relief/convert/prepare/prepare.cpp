@@ -21,26 +21,30 @@ constexpr double kLong = 4, kVeryLong = 30;  // edges of spikes, of how far a po
                                              // long nothing but truncating them helps
 constexpr int kSmoothings = 3;               // settle a few crossings; many do not yield to it
 
-/// How much of a closed source may be replaced or pushed aside, and what has been replaced.
+/// How much of what was scanned may be replaced or pushed aside while a source is prepared, however often that begins
+/// again, and what has been replaced since it last did. Patches and fill are no scan: to replace them costs nothing.
 class Budget {
  public:
   explicit Budget(const ClosedSource& s) : most_faces_(kMost * (double(std::ranges::count(s.patch, 0)) + kFewFaces)) {
-    for (const auto& [a, b, c] : s.faces) {
-      const Vec3d at = to_double(s.points[a]);
-      most_area_ += kMost * 0.5 * length(cross(to_double(s.points[b]) - at, to_double(s.points[c]) - at));
+    for (std::size_t f = 0; f < s.faces.size(); ++f) {
+      if (s.patch[f] != 0) continue;
+      const Vec3d a = to_double(s.points[s.faces[f][0]]);
+      left_area_ +=
+          kMost * 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
     }
+    left_faces_ = most_faces_;
   }
   /// `share`: of what is left.
   [[nodiscard]] bool allows(const SourceEditor::Loss& more, double share) const noexcept {
-    return cuts_ < kMostCuts && more.area <= share * (most_area_ - spent_.area) &&
-           double(more.faces) <= share * (most_faces_ - double(spent_.faces));
+    return left_cuts_ > 0 && more.area <= share * left_area_ && double(more.faces) <= share * left_faces_;
   }
   [[nodiscard]] bool allows_pushing(std::size_t faces) const noexcept { return double(faces) <= kPushed * most_faces_; }
   /// What has to go farther than the limits say must be so little that it could be replaced.
   [[nodiscard]] bool allows_farther(std::size_t faces) const noexcept { return double(faces) <= most_faces_; }
   void spend(const SourceEditor::Loss& loss) noexcept {
-    ++cuts_;
-    spent_.area += loss.area;
+    --left_cuts_;
+    left_area_ -= loss.area;
+    left_faces_ -= double(loss.faces);
     spent_.faces += loss.faces;
     spent_.components += loss.components;
     if (loss.widest > spent_.widest) {
@@ -48,6 +52,8 @@ class Budget {
       spent_.place = loss.place;
     }
   }
+  /// What was replaced is back; it is no less spent.
+  void begin_again() noexcept { spent_ = {}; }
   [[nodiscard]] const SourceEditor::Loss& spent() const noexcept { return spent_; }
 
  private:
@@ -55,12 +61,11 @@ class Budget {
   // A patch of some rings takes 60 faces: a source of few faces may have one nevertheless.
   static constexpr double kFewFaces = 2000;
   static constexpr double kPushed = 3;  // times as many may meet: solids that lie in each other cannot be pushed apart
+  static constexpr int kMostCuts = 40;  // so that it ends: what lies on patches costs nothing
 
-  static constexpr int kMostCuts = 40;  // so that it ends: faces without area cost nothing where they are patches
-
-  int cuts_ = 0;
-  double most_area_ = 0;  // of all faces, square lattice steps
-  double most_faces_;
+  int left_cuts_ = kMostCuts;
+  double left_area_ = 0;  // square lattice steps
+  double most_faces_, left_faces_;
   SourceEditor::Loss spent_;
 };
 
@@ -145,14 +150,14 @@ class Mending {
  public:
   /// `start`: where the source's points lay at first.
   Mending(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits, bool may_truncate,
-          double least, const Progress& progress)
+          double least, Budget& budget, const Progress& progress)
       : result_(result),
         limits_(limits),
         may_truncate_(may_truncate),
         progress_(progress),
         wanted_(limits.creased ? kLeast : kWanted),
         least_(least),
-        budget_(result.source),
+        budget_(budget),
         farthest_(limits.farthest),
         editor_(result.source, start, farthest_),
         shell_(editor_.source(), editor_.rings(), limits.longest,
@@ -186,7 +191,7 @@ class Mending {
   bool may_truncate_;
   const Progress& progress_;
   double wanted_, least_;  // visibility
-  Budget budget_;
+  Budget& budget_;
   double farthest_;  // that points may lie from their start by now, lattice steps
   SourceEditor editor_;
   InitialShell shell_;
@@ -240,9 +245,9 @@ void Mending::run() {
         return;
     }
   }
-  const bool was_pushed = room_.has_value();
+  const bool needs_room = room_.has_value() || editor_.was_cut();
   room_.reset();  // widen() makes one of its own
-  if (!was_pushed || widen()) succeed(result_, std::move(editor_), std::move(shell_), budget_);
+  if (!needs_room || widen()) succeed(result_, std::move(editor_), std::move(shell_), budget_);
 }
 
 bool Mending::smooth(std::span<const std::uint32_t> trouble) {
@@ -309,8 +314,8 @@ void Mending::find_spikes(double least) {
 
 /// Says whether what is left of the budget allows to cut faces out.
 bool Mending::may_cut(std::span<const std::uint32_t> faces) const {
-  constexpr double kShare = 1.0 / 3;  // of the budget, at once: larger places are pushed apart first
-  return budget_.allows(editor_.loss_of_cut(faces, rings()), room_ ? 1 : kShare);
+  constexpr double kShare = 1.0 / 3;  // of the budget, at first: larger places are pushed apart before any is cut
+  return budget_.allows(editor_.loss_of_cut(faces, rings()), room_ || editor_.was_cut() ? 1 : kShare);
 }
 
 /// Puts all points back to where they were kept. How many that moves.
@@ -350,15 +355,21 @@ bool Mending::push_apart() {
   }
 }
 
-/// Pushes sheets that were pushed apart farther from each other and evens them out, as far as points may lie from where
-/// they were: between banks that all but touch no slab can grow. Where no shell stands then, points go back to where it
-/// did. False when cancelled, or when it stands nowhere nevertheless.
+/// Pushes sheets that were pushed apart, and patches, farther from what they are near to and evens them out, as far as
+/// points may lie from where they were: between banks that all but touch no slab can grow. Where no shell stands then,
+/// points go back to where it did. False when cancelled, or when it stands nowhere nevertheless.
 bool Mending::widen() {
   constexpr int kRounds = 6;     // of pushing; what is too near then is put back
   constexpr double kEven = 0.5;  // visibility that is wanted here: half of what a plane has
   const SourceIndex& source = editor_.source();
   std::vector<std::uint8_t> pushed(source.points.size());
   for (std::uint32_t v = 0; v < pushed.size(); ++v) pushed[v] = editor_.has_moved(v);
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f)
+    if (source.alive(f) && source.face_of[f] == kNone)
+      for (const std::uint32_t v : source.faces[f]) pushed[v] = 1;
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f)
+    if (source.alive(f) && editor_.is_scanned(f))
+      for (const std::uint32_t v : source.faces[f]) pushed[v] = editor_.has_moved(v);
   editor_.keep();
   InitialShell room(source, editor_.rings(), limits_.longest, InitialShell::Heights::Roomy, pushed);
   std::vector<std::uint32_t> latest, touched, close, singular;
@@ -435,15 +446,17 @@ Prepared prepare(ClosedSource given, const PrepareLimits& limits, const Progress
   ClosedSource& s = result.source;
   if (!split_high_valences(result)) return result;
   std::vector<LatticePoint> start = s.points;
+  Budget budget(s);
   bool may_truncate = true;
   for (double least = kLeast;;) {
     result.repairs.parted_points = separate_coincident_points(s, limits.apart);
-    Mending mending(result, start, limits, may_truncate, least, progress);
+    Mending mending(result, start, limits, may_truncate, least, budget, progress);
     mending.run();
     if (result.stand || !result.specks.empty() || progress.cancelled()) break;
     // What is tried last does not go on from there, but from what was given: needles stay as they are, then spikes are
     // truncated, which makes a new source.
     s.points = start;
+    budget.begin_again();
     if (mending.has_needles()) {
       least = kNeedle;
       continue;

@@ -470,8 +470,9 @@ SourceEditor::Loss SourceEditor::loss_of(const CutRegion& region) const {
   const CutRegion::Piece widest = region.widest();
   Loss loss{.widest = widest.diagonal, .place = widest.middle};
   for (const std::uint32_t f : region.faces()) {
+    if (!is_scanned(f)) continue;
     loss.area += area_of(f);
-    loss.faces += is_scanned(f);
+    ++loss.faces;
   }
   return loss;
 }

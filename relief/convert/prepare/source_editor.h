@@ -75,10 +75,10 @@ class SourceEditor {
   void allow(double farthest) noexcept { farthest_ = farthest; }
 
   struct Loss {
-    double area = 0;                        ///< of all faces, square lattice steps
-    std::size_t faces = 0, components = 0;  ///< that were scanned
-    double widest = 0;                      ///< diagonal of the box around the widest hole, lattice steps
-    LatticePoint place;                     ///< in the middle of it
+    double area = 0;  ///< of scanned faces, square lattice steps
+    std::size_t faces = 0, components = 0;
+    double widest = 0;   ///< diagonal of the box around the widest hole, lattice steps
+    LatticePoint place;  ///< in the middle of it
   };
   /// Cuts the faces out with so many rings around them, one ring more each time a place is cut again, and closes the
   /// loops. Tiny pieces that come loose go too, and so do pieces of patches alone. A patch is fill where its loop was.
