@@ -34,9 +34,8 @@ class Budget {
     }
     left_faces_ = most_faces_;
   }
-  /// `share`: of what is left.
-  [[nodiscard]] bool allows(const SourceEditor::Loss& more, double share) const noexcept {
-    return left_cuts_ > 0 && more.area <= share * left_area_ && double(more.faces) <= share * left_faces_;
+  [[nodiscard]] bool allows(const SourceEditor::Loss& more) const noexcept {
+    return left_cuts_ > 0 && more.area <= left_area_ && double(more.faces) <= left_faces_;
   }
   [[nodiscard]] bool allows_pushing(std::size_t faces) const noexcept { return double(faces) <= kPushed * most_faces_; }
   /// What has to go farther than the limits say must be so little that it could be replaced.
@@ -314,8 +313,7 @@ void Mending::find_spikes(double least) {
 
 /// Says whether what is left of the budget allows to cut faces out.
 bool Mending::may_cut(std::span<const std::uint32_t> faces) const {
-  constexpr double kShare = 1.0 / 3;  // of the budget, at first: larger places are pushed apart before any is cut
-  return budget_.allows(editor_.loss_of_cut(faces, rings()), room_ || editor_.was_cut() ? 1 : kShare);
+  return budget_.allows(editor_.loss_of_cut(faces, rings()));
 }
 
 /// Puts all points back to where they were kept. How many that moves.
