@@ -1,3 +1,4 @@
+#include <relief/convert/convert.h>
 #include <relief/convert/geometry/components.h>
 #include <relief/convert/prepare/coincident_points.h>
 #include <relief/convert/prepare/prepare.h>
@@ -29,13 +30,17 @@ class Budget {
     for (std::size_t f = 0; f < s.faces.size(); ++f) {
       if (s.patch[f] != 0) continue;
       const Vec3d a = to_double(s.points[s.faces[f][0]]);
-      left_area_ +=
-          kMost * 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
+      area_ += 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
     }
+    left_area_ = kMost * area_;
     left_faces_ = most_faces_;
   }
   [[nodiscard]] bool allows(const SourceEditor::Loss& more) const noexcept {
     return left_cuts_ > 0 && more.area <= left_area_ && double(more.faces) <= left_faces_;
+  }
+  /// Says whether a certified model may lack so much, as it may where a patch lies off what it replaces.
+  [[nodiscard]] bool may_be_missing(const SourceEditor::Loss& loss) const noexcept {
+    return loss.area <= (1 - ConvertReport::Coverage::kWhole) * area_;
   }
   [[nodiscard]] bool allows_pushing(std::size_t faces) const noexcept { return double(faces) <= kPushed * most_faces_; }
   /// What has to go farther than the limits say must be so little that it could be replaced.
@@ -63,7 +68,7 @@ class Budget {
   static constexpr int kMostCuts = 40;  // so that it ends: what lies on patches costs nothing
 
   int left_cuts_ = kMostCuts;
-  double left_area_ = 0;  // square lattice steps
+  double area_ = 0, left_area_ = 0;  // square lattice steps
   double most_faces_, left_faces_;
   SourceEditor::Loss spent_;
 };
@@ -311,9 +316,11 @@ void Mending::find_spikes(double least) {
       spikes_.push_back(editor_.source().point_of[v]);
 }
 
-/// Says whether what is left of the budget allows to cut faces out.
+/// Says whether what is left of the budget allows to cut faces out, and no other remedy comes first: larger places are
+/// pushed apart before they are cut.
 bool Mending::may_cut(std::span<const std::uint32_t> faces) const {
-  return budget_.allows(editor_.loss_of_cut(faces, rings()));
+  const SourceEditor::Loss loss = editor_.loss_of_cut(faces, rings());
+  return budget_.allows(loss) && (room_ || budget_.may_be_missing(loss));
 }
 
 /// Puts all points back to where they were kept. How many that moves.
