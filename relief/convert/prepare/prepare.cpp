@@ -22,8 +22,8 @@ constexpr double kLong = 4, kVeryLong = 30;  // edges of spikes, of how far a po
                                              // long nothing but truncating them helps
 constexpr int kSmoothings = 3;               // settle a few crossings; many do not yield to it
 
-/// How much of what was scanned may be replaced or pushed aside while a source is prepared, however often that begins
-/// again, and what has been replaced since it last did. Patches and fill are no scan: to replace them costs nothing.
+/// How much of what was scanned may be replaced or pushed aside, and what has been replaced. Patches and fill are no
+/// scan: to replace them costs nothing.
 class Budget {
  public:
   explicit Budget(const ClosedSource& s) : most_faces_(kMost * (double(std::ranges::count(s.patch, 0)) + kFewFaces)) {
@@ -56,8 +56,12 @@ class Budget {
       spent_.place = loss.place;
     }
   }
-  /// What was replaced is back; it is no less spent.
-  void begin_again() noexcept { spent_ = {}; }
+  /// What was replaced is back; the cuts are made for all that.
+  void begin_again() noexcept {
+    left_area_ += spent_.area;
+    left_faces_ += double(spent_.faces);
+    spent_ = {};
+  }
   [[nodiscard]] const SourceEditor::Loss& spent() const noexcept { return spent_; }
 
  private:
@@ -152,15 +156,16 @@ enum class Remedy : std::uint8_t {
 /// none.
 class Mending {
  public:
-  /// `start`: where the source's points lay at first.
+  /// `start`: where the source's points lay at first. `pushes`: apart what meets, before anything is cut out.
   Mending(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits, bool may_truncate,
-          double least, Budget& budget, const Progress& progress)
+          double least, bool pushes, Budget& budget, const Progress& progress)
       : result_(result),
         limits_(limits),
         may_truncate_(may_truncate),
         progress_(progress),
         wanted_(limits.creased ? kLeast : kWanted),
         least_(least),
+        pushes_(pushes),
         budget_(budget),
         farthest_(limits.farthest),
         editor_(result.source, start, farthest_),
@@ -173,6 +178,8 @@ class Mending {
   void run();
   /// Whether every vertex given was seen, some by less than asked for, but by a needle's point at least.
   [[nodiscard]] bool has_needles() const noexcept { return has_needles_; }
+  /// Whether cuts were made that did not do, before anything was pushed apart.
+  [[nodiscard]] bool cut_in_vain() const noexcept { return editor_.was_cut() && !pushes_; }
   /// Returns the vertices, by their numbers in the given source, that no direction saw after smoothing and whose edges
   /// are so long that it could not help. After run().
   [[nodiscard]] const std::vector<std::uint32_t>& spikes() const noexcept { return spikes_; }
@@ -186,7 +193,7 @@ class Mending {
   void find_spikes(double least);
   void note(const std::vector<Defect>& defects);
   std::size_t restore_all();
-  [[nodiscard]] std::size_t rings() const noexcept { return room_ ? 0 : 1; }  // around what is cut out
+  [[nodiscard]] std::size_t rings() const noexcept { return pushes_ ? 0 : 1; }  // around what is cut out
   bool push_apart();
   bool widen();
 
@@ -195,11 +202,12 @@ class Mending {
   bool may_truncate_;
   const Progress& progress_;
   double wanted_, least_;  // visibility
+  bool pushes_;            // apart what meets, from now on
   Budget& budget_;
   double farthest_;  // that points may lie from their start by now, lattice steps
   SourceEditor editor_;
   InitialShell shell_;
-  std::optional<InitialShell> room_;  // once sheets are pushed apart: finds those that have not much of it
+  std::optional<InitialShell> room_;  // finds sheets that have not much of it, while these are pushed apart
   bool has_needles_ = false;
   int smoothings_ = 0;
   std::vector<std::uint32_t> singular_, spikes_;
@@ -216,12 +224,12 @@ void Mending::run() {
   find_spikes(kVeryLong);
   if (!spikes_.empty()) return;
   // Vertices that a direction sees, if only just, stay where they are if a shell stands on them.
-  bool as_it_is = seen == Seen::Poorly;
+  bool as_it_is = seen == Seen::Poorly && !pushes_;
   std::vector<std::uint32_t> trouble;
   for (int round = 0;; ++round) {
     progress_("shell", double(round) / (round + 10));
     if (!std::exchange(as_it_is, false) && !smooth(trouble)) return;
-    if (room_ && !push_apart()) return;
+    if (pushes_ && !push_apart()) return;
     const std::optional<std::vector<Defect>> defects = find_defects();
     if (!defects) return;
     if (defects->empty()) break;
@@ -242,20 +250,21 @@ void Mending::run() {
         break;
       }
       case Remedy::PushApart:
-        if (!editor_.was_cut()) restore_all();
-        room_.emplace(editor_.source(), editor_.rings(), limits_.longest, InitialShell::Heights::Stiff);
+        if (editor_.was_cut()) return;
+        restore_all();
+        pushes_ = true;
         break;
       case Remedy::None:
         return;
     }
   }
-  const bool needs_room = room_.has_value() || editor_.was_cut();
   room_.reset();  // widen() makes one of its own
-  if (!needs_room || widen()) succeed(result_, std::move(editor_), std::move(shell_), budget_);
+  if ((!pushes_ && !editor_.was_cut()) || widen()) succeed(result_, std::move(editor_), std::move(shell_), budget_);
 }
 
 bool Mending::smooth(std::span<const std::uint32_t> trouble) {
-  const auto neighbours = smoothings_++ == 0 ? SourceEditor::Neighbours::FollowLate : SourceEditor::Neighbours::Follow;
+  const auto neighbours =
+      smoothings_++ == 0 && !pushes_ ? SourceEditor::Neighbours::FollowLate : SourceEditor::Neighbours::Follow;
   auto singular = editor_.smooth(trouble, wanted_, least_, neighbours, progress_);
   if (!singular) return false;
   singular_ = std::move(*singular);
@@ -273,7 +282,7 @@ std::optional<std::vector<Defect>> Mending::find_defects() {
   constexpr std::size_t kFewFolds = 256;  // faces; more of them are how the source is, and none is smoothed away
   std::vector<Defect> defects = singular_vertices(editor_, singular_);
   // Where these are too many already, the shell is looked at later.
-  if (!room_ && !defects.empty() && !may_cut(faces_of(editor_, defects))) return defects;
+  if (!pushes_ && !defects.empty() && !may_cut(faces_of(editor_, defects))) return defects;
   collect_changes();
   sort_unique(changes_.points);
   sort_unique(changes_.gone);
@@ -281,18 +290,18 @@ std::optional<std::vector<Defect>> Mending::find_defects() {
   changes_ = {};
   // Folds are smoothed, or cut out with the faults: cuts for their sake alone make new ones.
   const bool with_folds =
-      !room_ && (!shell_.faults().empty() || smoothings_ < kSmoothings) && shell_.folds().size() <= kFewFolds;
+      !pushes_ && (!shell_.faults().empty() || smoothings_ < kSmoothings) && shell_.folds().size() <= kFewFolds;
   for (const Defect& d : shell_defects(editor_, shell_, with_folds)) defects.push_back(d);
   return defects;
 }
 
 Remedy Mending::remedy_for(std::span<const Defect> defects) const {
-  const bool is_new = !room_ && !editor_.was_cut();
+  const bool is_new = !pushes_ && !editor_.was_cut();
   if (is_new && singular_.empty() && smoothings_ < kSmoothings &&
       shell_.faults().size() <= few_to_smooth(result_.source.faces.size()))
     return Remedy::Smooth;
   if (may_cut(faces_of(editor_, defects))) return Remedy::Cut;
-  return room_ ? Remedy::None : Remedy::PushApart;
+  return pushes_ ? Remedy::None : Remedy::PushApart;
 }
 
 /// Says what was found before anything was cut out or pushed apart.
@@ -305,7 +314,7 @@ void Mending::note(const std::vector<Defect>& defects) {
   }
   if (editor_.was_cut()) return;
   for (const std::uint32_t f : faces_of(editor_, defects)) result_.bad_faces.push_back(editor_.source().face_of[f]);
-  if (!room_) find_spikes(kLong);
+  if (!pushes_) find_spikes(kLong);
 }
 
 /// Finds singular vertices whose edges are all that much longer than points may be moved.
@@ -320,7 +329,7 @@ void Mending::find_spikes(double least) {
 /// pushed apart before they are cut.
 bool Mending::may_cut(std::span<const std::uint32_t> faces) const {
   const SourceEditor::Loss loss = editor_.loss_of_cut(faces, rings());
-  return budget_.allows(loss) && (room_ || budget_.may_be_missing(loss));
+  return budget_.allows(loss) && (pushes_ || budget_.may_be_missing(loss));
 }
 
 /// Puts all points back to where they were kept. How many that moves.
@@ -338,6 +347,7 @@ bool Mending::push_apart() {
   constexpr double kGain = 0.95;  // a round that leaves more of the bad faces was in vain
   constexpr double kFarther = 4;  // times as far as the limits say, where sheets that cross need it
   std::size_t fewest = editor_.source().faces.size();
+  if (!room_) room_.emplace(editor_.source(), editor_.rings(), limits_.longest, InitialShell::Heights::Stiff);
   for (int vain = 0;;) {
     collect_changes();
     if (!room_->update(latest_.points, latest_.gone, progress_)) return false;
@@ -452,22 +462,26 @@ Prepared prepare(ClosedSource given, const PrepareLimits& limits, const Progress
   if (!split_high_valences(result)) return result;
   std::vector<LatticePoint> start = s.points;
   Budget budget(s);
-  bool may_truncate = true;
+  bool may_truncate = true, pushes = false;
+  std::vector<std::uint32_t> spikes;
   for (double least = kLeast;;) {
     result.repairs.parted_points = separate_coincident_points(s, limits.apart);
-    Mending mending(result, start, limits, may_truncate, least, budget, progress);
+    Mending mending(result, start, limits, may_truncate, least, pushes, budget, progress);
     mending.run();
     if (result.stand || !result.specks.empty() || progress.cancelled()) break;
-    // What is tried last does not go on from there, but from what was given: needles stay as they are, then spikes are
-    // truncated, which makes a new source.
+    // What is tried next does not go on from there, but from what was given: what cuts did not do for is pushed apart,
+    // needles stay as they are, then spikes are truncated, which makes a new source.
     s.points = start;
     budget.begin_again();
+    if (!pushes) spikes = mending.spikes();
+    pushes = mending.cut_in_vain();
+    if (pushes) continue;
     if (mending.has_needles()) {
       least = kNeedle;
       continue;
     }
-    if (mending.spikes().empty()) break;
-    const std::size_t truncated = truncate_spikes(s, mending.spikes(), limits.farthest);
+    if (spikes.empty()) break;
+    const std::size_t truncated = truncate_spikes(s, spikes, limits.farthest);
     may_truncate = truncated > 0;
     result.repairs.truncated_spikes += truncated;
     start = s.points;
