@@ -42,9 +42,10 @@ class Budget {
   [[nodiscard]] bool may_be_missing(const SourceEditor::Loss& loss) const noexcept {
     return loss.area <= (1 - ConvertReport::Coverage::kWhole) * area_;
   }
-  [[nodiscard]] bool allows_pushing(std::size_t faces) const noexcept { return double(faces) <= kPushed * most_faces_; }
   /// What has to go farther than the limits say must be so little that it could be replaced.
-  [[nodiscard]] bool allows_farther(std::size_t faces) const noexcept { return double(faces) <= most_faces_; }
+  [[nodiscard]] bool allows_pushing(std::size_t faces, bool farther) const noexcept {
+    return double(faces) <= (farther ? most_faces_ : kPushed * most_faces_);
+  }
   void spend(const SourceEditor::Loss& loss) noexcept {
     --left_cuts_;
     left_area_ -= loss.area;
@@ -281,8 +282,8 @@ void Mending::collect_changes() {
 std::optional<std::vector<Defect>> Mending::find_defects() {
   constexpr std::size_t kFewFolds = 256;  // faces; more of them are how the source is, and none is smoothed away
   std::vector<Defect> defects = singular_vertices(editor_, singular_);
-  // Where these are too many already, the shell is looked at later.
-  if (!pushes_ && !defects.empty() && !may_cut(faces_of(editor_, defects))) return defects;
+  // Where these are too many already, the shell need not be looked at.
+  if (!defects.empty() && !may_cut(faces_of(editor_, defects))) return defects;
   collect_changes();
   sort_unique(changes_.points);
   sort_unique(changes_.gone);
@@ -357,11 +358,11 @@ bool Mending::push_apart() {
     sort_unique(near);
     const auto scanned =
         static_cast<std::size_t>(std::ranges::count_if(near, [&](std::uint32_t f) { return editor_.is_scanned(f); }));
-    if (!budget_.allows_pushing(scanned)) return false;
+    if (!budget_.allows_pushing(scanned, farthest_ > limits_.farthest)) return false;
     vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
     fewest = std::min(fewest, near.size());
     if (vain == kVain) {
-      if (farthest_ >= kFarther * limits_.farthest || !budget_.allows_farther(scanned)) return true;
+      if (farthest_ >= kFarther * limits_.farthest || !budget_.allows_pushing(scanned, true)) return true;
       farthest_ *= 2;
       editor_.allow(farthest_);
       vain = 0;
