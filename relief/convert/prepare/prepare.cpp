@@ -1,3 +1,4 @@
+#include <relief/convert/convert.h>
 #include <relief/convert/geometry/components.h>
 #include <relief/convert/prepare/coincident_points.h>
 #include <relief/convert/prepare/prepare.h>
@@ -7,7 +8,6 @@
 #include <relief/convert/support/sort_unique.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <numeric>
 #include <span>
@@ -16,22 +16,40 @@
 namespace relief::detail {
 namespace {
 
-constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
-constexpr double kLeast = 0.02;   // visibility, about a degree: below it smoothing has to help, or a patch
+constexpr double kWanted = 0.22;             // visibility; more of it lets the shell become coarser
+constexpr double kLeast = 0.02;              // visibility, about a degree: below it smoothing has to help, or a patch
+constexpr double kLong = 4, kVeryLong = 30;  // edges of spikes, of how far a point may be moved: where they are very
+                                             // long nothing but truncating them helps
+constexpr int kSmoothings = 3;               // settle a few crossings; many do not yield to it
 
-/// Says how much of what was scanned patches may replace, and have replaced.
+/// How much of what was scanned may be replaced or pushed aside, and what has been replaced. Patches and fill are no
+/// scan: to replace them costs nothing.
 class Budget {
  public:
-  explicit Budget(const ClosedSource& s) {
+  explicit Budget(const ClosedSource& s) : most_faces_(kMost * (double(std::ranges::count(s.patch, 0)) + kFewFaces)) {
     for (std::size_t f = 0; f < s.faces.size(); ++f) {
       if (s.patch[f] != 0) continue;
       const Vec3d a = to_double(s.points[s.faces[f][0]]);
       area_ += 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
-      ++faces_;
     }
+    left_area_ = kMost * area_;
+    left_faces_ = most_faces_;
   }
-  void spend(const SourceEditor::Loss& loss) {
-    spent_.area += loss.area;
+  [[nodiscard]] bool allows(const SourceEditor::Loss& more) const noexcept {
+    return left_cuts_ > 0 && more.area <= left_area_ && double(more.faces) <= left_faces_;
+  }
+  /// Says whether a certified model may lack so much, as it may where a patch lies off what it replaces.
+  [[nodiscard]] bool may_be_missing(const SourceEditor::Loss& loss) const noexcept {
+    return loss.area <= (1 - ConvertReport::Coverage::kWhole) * area_;
+  }
+  /// What has to go farther than the limits say must be so little that it could be replaced.
+  [[nodiscard]] bool allows_pushing(std::size_t faces, bool farther) const noexcept {
+    return double(faces) <= (farther ? most_faces_ : kPushed * most_faces_);
+  }
+  void spend(const SourceEditor::Loss& loss) noexcept {
+    --left_cuts_;
+    left_area_ -= loss.area;
+    left_faces_ -= double(loss.faces);
     spent_.faces += loss.faces;
     spent_.components += loss.components;
     if (loss.widest > spent_.widest) {
@@ -39,24 +57,24 @@ class Budget {
       spent_.place = loss.place;
     }
   }
-  [[nodiscard]] bool is_overspent() const noexcept {
-    return spent_.area > kMost * area_ || spent_.faces > most_faces();
+  /// What was replaced is back; the cuts are made for all that.
+  void begin_again() noexcept {
+    left_area_ += spent_.area;
+    left_faces_ += double(spent_.faces);
+    spent_ = {};
   }
-  /// So many scanned faces, as a share of what counts as all of them.
-  [[nodiscard]] double share_of(std::size_t faces) const noexcept { return double(faces) / weight(); }
-  [[nodiscard]] std::size_t most_faces() const noexcept { return static_cast<std::size_t>(kMost * weight()); }
-  [[nodiscard]] std::size_t scanned() const noexcept { return faces_; }
   [[nodiscard]] const SourceEditor::Loss& spent() const noexcept { return spent_; }
 
-  static constexpr double kMost = 0.03;  // of the area, and of the faces where there are many
-
  private:
+  static constexpr double kMost = 0.03;  // of the area, and of the scanned faces where there are many
   // A patch of some rings takes 60 faces: a source of few faces may have one nevertheless.
   static constexpr double kFewFaces = 2000;
-  [[nodiscard]] double weight() const noexcept { return double(faces_) + kFewFaces; }
+  static constexpr double kPushed = 3;  // times as many may meet: solids that lie in each other cannot be pushed apart
+  static constexpr int kMostCuts = 40;  // so that it ends: what lies on patches costs nothing
 
-  double area_ = 0;  // square lattice steps
-  std::size_t faces_ = 0;
+  int left_cuts_ = kMostCuts;
+  double area_ = 0, left_area_ = 0;  // square lattice steps
+  double most_faces_, left_faces_;
   SourceEditor::Loss spent_;
 };
 
@@ -128,233 +146,276 @@ std::vector<Obstacle> specks_among(SourceEditor& editor, const std::vector<Obsta
   return specks;
 }
 
-/// Returns those of some vertices, by their numbers in the given source, that were given with it and whose edges are
-/// all longer than this.
-std::vector<std::uint32_t> with_long_edges(const SourceEditor& editor, std::span<const std::uint32_t> vertices,
-                                           double least) {
-  const SourceIndex& source = editor.source();
-  std::vector<std::uint32_t> found;
-  for (const std::uint32_t v : vertices)
-    if (source.point_of[v] != kNone && editor.shortest_edge_at(v) > least) found.push_back(source.point_of[v]);
-  return found;
-}
-
-/// Vertices whose faces have no common front-facing direction and whose edges are too long for smoothing to help.
-struct Spikes {
-  std::vector<std::uint32_t> points;  ///< of the given source
-  bool very_long = false;             ///< one of them at least, so that nothing but truncating them helps
-  int turns_left = 3;                 ///< of truncating; each may leave shorter ones. Without any they are cut out
+enum class Remedy : std::uint8_t {
+  Smooth,     ///< around the defects
+  Cut,        ///< out, and patch
+  PushApart,  ///< what meets, and cut out what is left
+  None
 };
 
-/// Returns what stands on a source whose vertices are seen, if only just: they stay where they are.
-bool stands_as_it_is(Prepared& result, SourceEditor& editor, InitialShell& shell, double wanted, double least,
-                     const Budget& budget, const Progress& progress) {
-  if (editor.look_at_all(wanted, least, progress) != SourceEditor::Seen::Poorly) return false;
-  if (!shell.update({}, {}, progress) || !shell.faults().empty() || !shell.folds().empty()) return false;
-  succeed(result, std::move(editor), std::move(shell), budget);
+/// Finds the defects of a source and gives them the cheapest remedy of their kinds that may still help, until there are
+/// none.
+class Mending {
+ public:
+  /// `start`: where the source's points lay at first. `pushes`: apart what meets, before anything is cut out.
+  Mending(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits, bool may_truncate,
+          double least, bool pushes, Budget& budget, const Progress& progress)
+      : result_(result),
+        limits_(limits),
+        may_truncate_(may_truncate),
+        progress_(progress),
+        wanted_(limits.creased ? kLeast : kWanted),
+        least_(least),
+        pushes_(pushes),
+        budget_(budget),
+        farthest_(limits.farthest),
+        editor_(result.source, start, farthest_),
+        shell_(editor_.source(), editor_.rings(), limits.longest,
+               limits.creased ? InitialShell::Heights::Creased : InitialShell::Heights::Shrinking) {
+    editor_.keep();
+  }
+
+  /// Ends with a stand, or without a remedy that may help.
+  void run();
+  /// Whether every vertex given was seen, some by less than asked for, but by a needle's point at least.
+  [[nodiscard]] bool has_needles() const noexcept { return has_needles_; }
+  /// Whether cuts were made that did not do, before anything was pushed apart.
+  [[nodiscard]] bool cut_in_vain() const noexcept { return editor_.was_cut() && !pushes_; }
+  /// Returns the vertices, by their numbers in the given source, that no direction saw after smoothing and whose edges
+  /// are so long that it could not help. After run().
+  [[nodiscard]] const std::vector<std::uint32_t>& spikes() const noexcept { return spikes_; }
+
+ private:
+  bool smooth(std::span<const std::uint32_t> trouble);
+  void collect_changes();
+  std::optional<std::vector<Defect>> find_defects();
+  [[nodiscard]] Remedy remedy_for(std::span<const Defect> defects) const;
+  [[nodiscard]] bool may_cut(std::span<const std::uint32_t> faces) const;
+  void find_spikes(double least);
+  void note(const std::vector<Defect>& defects);
+  std::size_t restore_all();
+  [[nodiscard]] std::size_t rings() const noexcept { return pushes_ ? 0 : 1; }  // around what is cut out
+  bool push_apart();
+  bool widen();
+
+  Prepared& result_;
+  const PrepareLimits& limits_;
+  bool may_truncate_;
+  const Progress& progress_;
+  double wanted_, least_;  // visibility
+  bool pushes_;            // apart what meets, from now on
+  Budget& budget_;
+  double farthest_;  // that points may lie from their start by now, lattice steps
+  SourceEditor editor_;
+  InitialShell shell_;
+  std::optional<InitialShell> room_;  // finds sheets that have not much of it, while these are pushed apart
+  bool has_needles_ = false;
+  int smoothings_ = 0;
+  std::vector<std::uint32_t> singular_, spikes_;
+  SourceEditor::Changes latest_, changes_;  // since room_, shell_ were made
+};
+
+void Mending::run() {
+  using Seen = SourceEditor::Seen;
+  const auto seen_as_needles = editor_.look_at_all(wanted_, kNeedle, progress_);
+  const auto seen = seen_as_needles == Seen::Well ? seen_as_needles : editor_.look_at_all(wanted_, least_, progress_);
+  if (!seen) return;
+  has_needles_ = seen == Seen::NotAll && seen_as_needles != Seen::NotAll;
+  singular_ = editor_.singular();
+  find_spikes(kVeryLong);
+  if (!spikes_.empty()) return;
+  // Vertices that a direction sees, if only just, stay where they are if a shell stands on them.
+  bool as_it_is = seen == Seen::Poorly && !pushes_;
+  std::vector<std::uint32_t> trouble;
+  for (int round = 0;; ++round) {
+    progress_("shell", double(round) / (round + 10));
+    if (!std::exchange(as_it_is, false) && !smooth(trouble)) return;
+    if (pushes_ && !push_apart()) return;
+    const std::optional<std::vector<Defect>> defects = find_defects();
+    if (!defects) return;
+    if (defects->empty()) break;
+    const std::vector<std::uint32_t> faces = faces_of(editor_, *defects);
+    const Remedy remedy = remedy_for(*defects);
+    if (remedy != Remedy::Smooth) note(*defects);
+    if (!result_.specks.empty()) return;
+    trouble.clear();
+    switch (remedy) {
+      case Remedy::Smooth:
+        for (const std::uint32_t f : faces)
+          trouble.insert(trouble.end(), editor_.source().faces[f].begin(), editor_.source().faces[f].end());
+        break;
+      case Remedy::Cut: {
+        const auto loss = editor_.cut_and_patch(faces, rings());
+        if (!loss) return;
+        budget_.spend(*loss);
+        break;
+      }
+      case Remedy::PushApart:
+        if (editor_.was_cut()) return;
+        restore_all();
+        pushes_ = true;
+        break;
+      case Remedy::None:
+        return;
+    }
+  }
+  room_.reset();  // widen() makes one of its own
+  if ((!pushes_ && !editor_.was_cut()) || widen()) succeed(result_, std::move(editor_), std::move(shell_), budget_);
+}
+
+bool Mending::smooth(std::span<const std::uint32_t> trouble) {
+  const auto neighbours =
+      smoothings_++ == 0 && !pushes_ ? SourceEditor::Neighbours::FollowLate : SourceEditor::Neighbours::Follow;
+  auto singular = editor_.smooth(trouble, wanted_, least_, neighbours, progress_);
+  if (!singular) return false;
+  singular_ = std::move(*singular);
   return true;
 }
 
-/// Returns the visibility below which vertices are smoothed: those of sharp creases would carry the crease away with
-/// them.
-double wanted_of(const PrepareLimits& limits) noexcept { return limits.creased ? kLeast : kWanted; }
-
-InitialShell::Heights heights_of(const PrepareLimits& limits) noexcept {
-  return limits.creased ? InitialShell::Heights::Creased : InitialShell::Heights::Shrinking;
+void Mending::collect_changes() {
+  latest_ = editor_.take_changes();
+  changes_.points.insert(changes_.points.end(), latest_.points.begin(), latest_.points.end());
+  changes_.gone.insert(changes_.gone.end(), latest_.gone.begin(), latest_.gone.end());
 }
 
-/// For few defects, far from each other: smooths around them, then cuts out what is left and closes it with patches,
-/// until a shell stands. Where it fails, the source is as it was given. `start`: where its points lay at first.
-/// Finds spikes; where they are so long that smoothing is known not to help, it fails at once.
-void smooth_and_cut(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits, Spikes& spikes,
-                    const Progress& progress) {
-  constexpr int kSmoothings = 3;          // settle a few crossings; many do not yield to it
-  constexpr int kMostCuts = 40;           // most are small, around vertices without a common front-facing direction
+/// Returns what stands in the way of a shell now; nothing when cancelled.
+std::optional<std::vector<Defect>> Mending::find_defects() {
   constexpr std::size_t kFewFolds = 256;  // faces; more of them are how the source is, and none is smoothed away
-  constexpr double kLong = 4, kVeryLong = 30;  // edges of spikes, of how far a point may be moved
-  const ClosedSource& s = result.source;
-  const double wanted = wanted_of(limits);
-  Budget budget(s);
-  SourceEditor editor(s, start, limits.farthest);
-  const SourceIndex& source = editor.source();
-  // So many faults cannot be cut out: at the first cut, before which no patch is of our own making.
-  const std::size_t hopeless = budget.most_faces() + s.faces.size() - budget.scanned();
-  InitialShell shell(source, editor.rings(), limits.longest, heights_of(limits), {}, hopeless);
-  if (stands_as_it_is(result, editor, shell, wanted, kLeast, budget, progress)) return;
-  std::vector<Defect> defects;
-  std::vector<std::uint32_t> trouble;  // corners of faces with defects
-  for (int cut = 0; cut <= kMostCuts; ++cut) {
-    progress("shell", double(cut) / kMostCuts);
-    trouble.clear();
-    const int rounds = cut == 0 ? kSmoothings : 1;
-    for (int round = 0; round < rounds; ++round) {
-      const auto neighbours =
-          cut == 0 && round == 0 ? SourceEditor::Neighbours::FollowLate : SourceEditor::Neighbours::Follow;
-      const auto singular = editor.smooth(trouble, wanted, kLeast, neighbours, progress);
-      if (!singular) return;
-      if (!singular->empty()) {
-        if (cut == 0 && spikes.turns_left > 0) {
-          spikes.points = with_long_edges(editor, *singular, kLong * limits.farthest);
-          spikes.very_long = !with_long_edges(editor, *singular, kVeryLong * limits.farthest).empty();
-          if (spikes.very_long) return;
-        }
-        defects = singular_vertices(editor, *singular);
-        break;
-      }
-      const SourceEditor::Changes changes = editor.take_changes();
-      if (!shell.update(changes.points, changes.gone, progress)) return;
-      // Folds are smoothed, or cut out with the faults: cuts for their sake alone make new ones.
-      const bool may_smooth = round + 1 < rounds;
-      const bool with_folds = (!shell.faults().empty() || may_smooth) && shell.folds().size() <= kFewFolds;
-      defects = shell_defects(editor, shell, with_folds);
-      if (defects.empty()) return succeed(result, std::move(editor), std::move(shell), budget);
-      trouble.clear();
-      for (const Defect& d : defects)
-        trouble.insert(trouble.end(), source.faces[d.at].begin(), source.faces[d.at].end());
-      if (cut == 0)
-        for (const std::uint32_t f : shell.faults()) result.bad_faces.push_back(source.face_of[f]);
-      if (shell.faults().size() > few_to_smooth(s.faces.size())) break;
+  std::vector<Defect> defects = singular_vertices(editor_, singular_);
+  // Where these are too many already, the shell need not be looked at.
+  if (!defects.empty() && !may_cut(faces_of(editor_, defects))) return defects;
+  collect_changes();
+  sort_unique(changes_.points);
+  sort_unique(changes_.gone);
+  if (!shell_.update(changes_.points, changes_.gone, progress_)) return std::nullopt;
+  changes_ = {};
+  // Folds are smoothed, or cut out with the faults: cuts for their sake alone make new ones.
+  const bool with_folds =
+      !pushes_ && (!shell_.faults().empty() || smoothings_ < kSmoothings) && shell_.folds().size() <= kFewFolds;
+  for (const Defect& d : shell_defects(editor_, shell_, with_folds)) defects.push_back(d);
+  return defects;
+}
+
+Remedy Mending::remedy_for(std::span<const Defect> defects) const {
+  const bool is_new = !pushes_ && !editor_.was_cut();
+  if (is_new && singular_.empty() && smoothings_ < kSmoothings &&
+      shell_.faults().size() <= few_to_smooth(result_.source.faces.size()))
+    return Remedy::Smooth;
+  if (may_cut(faces_of(editor_, defects))) return Remedy::Cut;
+  return pushes_ ? Remedy::None : Remedy::PushApart;
+}
+
+/// Says what was found before anything was cut out or pushed apart.
+void Mending::note(const std::vector<Defect>& defects) {
+  if (!result_.obstacle) {
+    result_.obstacle = gravest(defects);
+    result_.bad_components = gravest_by_component(defects);
+    result_.specks = specks_among(editor_, result_.bad_components, limits_.speck);
+    if (result_.bad_components.size() > kMostBadComponents) result_.bad_components.resize(kMostBadComponents);
+  }
+  if (editor_.was_cut()) return;
+  for (const std::uint32_t f : faces_of(editor_, defects)) result_.bad_faces.push_back(editor_.source().face_of[f]);
+  if (!pushes_) find_spikes(kLong);
+}
+
+/// Finds singular vertices whose edges are all that much longer than points may be moved.
+void Mending::find_spikes(double least) {
+  spikes_.clear();
+  for (const std::uint32_t v : singular_)
+    if (may_truncate_ && editor_.shortest_edge_at(v) > least * limits_.farthest)
+      spikes_.push_back(editor_.source().point_of[v]);
+}
+
+/// Says whether what is left of the budget allows to cut faces out, and no other remedy comes first: larger places are
+/// pushed apart before they are cut.
+bool Mending::may_cut(std::span<const std::uint32_t> faces) const {
+  const SourceEditor::Loss loss = editor_.loss_of_cut(faces, rings());
+  return budget_.allows(loss) && (pushes_ || budget_.may_be_missing(loss));
+}
+
+/// Puts all points back to where they were kept. How many that moves.
+std::size_t Mending::restore_all() {
+  std::vector<std::uint32_t> points(editor_.source().points.size());
+  std::iota(points.begin(), points.end(), 0U);
+  return editor_.restore(std::move(points), least_);
+}
+
+/// Pushes apart what meets, or has less room than a stiff shell takes, until nothing does or that leads no further.
+/// Where that leads no further, points may first lie farther from where they were, twice and then four times as far as
+/// the limits say. False where there is too much of it, and when cancelled.
+bool Mending::push_apart() {
+  constexpr int kVain = 3;        // rounds without gain in a row, after which points may go farther
+  constexpr double kGain = 0.95;  // a round that leaves more of the bad faces was in vain
+  constexpr double kFarther = 4;  // times as far as the limits say, where sheets that cross need it
+  std::size_t fewest = editor_.source().faces.size();
+  if (!room_) room_.emplace(editor_.source(), editor_.rings(), limits_.longest, InitialShell::Heights::Stiff);
+  for (int vain = 0;;) {
+    collect_changes();
+    if (!room_->update(latest_.points, latest_.gone, progress_)) return false;
+    std::vector<std::uint32_t> near = editor_.faces_around(singular_);
+    near.insert(near.end(), room_->faults().begin(), room_->faults().end());
+    if (near.empty()) return true;
+    sort_unique(near);
+    const auto scanned =
+        static_cast<std::size_t>(std::ranges::count_if(near, [&](std::uint32_t f) { return editor_.is_scanned(f); }));
+    if (!budget_.allows_pushing(scanned, farthest_ > limits_.farthest)) return false;
+    vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
+    fewest = std::min(fewest, near.size());
+    if (vain == kVain) {
+      if (farthest_ >= kFarther * limits_.farthest || !budget_.allows_pushing(scanned, true)) return true;
+      farthest_ *= 2;
+      editor_.allow(farthest_);
+      vain = 0;
     }
-    // What is said about the source is what was found before it was changed.
-    if (!result.obstacle) result.obstacle = gravest(defects);
-    if (cut == 0) {
-      result.bad_components = gravest_by_component(defects);
-      result.specks = specks_among(editor, result.bad_components, limits.speck);
-      if (result.bad_components.size() > kMostBadComponents) result.bad_components.resize(kMostBadComponents);
-    }
-    if (cut == kMostCuts || !result.specks.empty()) break;
-    const auto loss = editor.cut_and_patch(faces_of(editor, defects), 1);
-    if (!loss) break;
-    budget.spend(*loss);
-    if (budget.is_overspent()) break;
+    if (!editor_.push_apart(near, progress_) || !smooth({})) return false;
   }
 }
 
-/// Pushes sheets that were pushed apart farther from each other and evens them out, as far as points may lie from where
-/// they were: between banks that all but touch no slab can grow. Where no shell stands then, points go back to where it
-/// did. False when cancelled, or when it stands nowhere nevertheless.
-bool widen(SourceEditor& editor, InitialShell& shell, double longest, const Progress& progress) {
+/// Pushes sheets that were pushed apart, and patches, farther from what they are near to and evens them out, as far as
+/// points may lie from where they were: between banks that all but touch no slab can grow. Where no shell stands then,
+/// points go back to where it did. False when cancelled, or when it stands nowhere nevertheless.
+bool Mending::widen() {
   constexpr int kRounds = 6;     // of pushing; what is too near then is put back
   constexpr double kEven = 0.5;  // visibility that is wanted here: half of what a plane has
-  const SourceIndex& source = editor.source();
+  const SourceIndex& source = editor_.source();
   std::vector<std::uint8_t> pushed(source.points.size());
-  for (std::uint32_t v = 0; v < pushed.size(); ++v) pushed[v] = editor.has_moved(v);
-  editor.keep();
-  InitialShell room(source, editor.rings(), longest, InitialShell::Heights::Roomy, pushed);
+  for (std::uint32_t v = 0; v < pushed.size(); ++v) pushed[v] = editor_.has_moved(v);
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f)
+    if (source.alive(f) && source.face_of[f] == kNone)
+      for (const std::uint32_t v : source.faces[f]) pushed[v] = 1;
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f)
+    if (source.alive(f) && editor_.is_scanned(f))
+      for (const std::uint32_t v : source.faces[f]) pushed[v] = editor_.has_moved(v);
+  editor_.keep();
+  InitialShell room(source, editor_.rings(), limits_.longest, InitialShell::Heights::Roomy, pushed);
   std::vector<std::uint32_t> latest, touched, close, singular;
   for (int round = 0; round < kRounds; ++round) {
-    if (!room.update(latest, {}, progress)) return false;
+    if (!room.update(latest, {}, progress_)) return false;
     close.clear();
     for (const std::uint32_t f : room.faults())
       if (std::ranges::any_of(source.faces[f], [&](std::uint32_t v) { return pushed[v] != 0; })) close.push_back(f);
     if (close.empty()) break;
-    if (!editor.push_apart(close, progress)) return false;
-    auto unseen = editor.smooth({}, kEven, kLeast, SourceEditor::Neighbours::Follow, progress);
+    if (!editor_.push_apart(close, progress_)) return false;
+    auto unseen = editor_.smooth({}, kEven, least_, SourceEditor::Neighbours::Follow, progress_);
     if (!unseen) return false;
     singular = std::move(*unseen);
-    latest = editor.take_changes().points;
+    latest = editor_.take_changes().points;
     touched.insert(touched.end(), latest.begin(), latest.end());
   }
-  std::vector<std::uint32_t> bad = editor.faces_around(singular), points;
+  std::vector<std::uint32_t> bad = editor_.faces_around(singular), points;
   for (;;) {
     sort_unique(touched);
-    if (!shell.update(touched, {}, progress)) return false;
-    bad.insert(bad.end(), shell.faults().begin(), shell.faults().end());
+    if (!shell_.update(touched, {}, progress_)) return false;
+    bad.insert(bad.end(), shell_.faults().begin(), shell_.faults().end());
     points.clear();
     for (const std::uint32_t f : bad)
       for (const std::uint32_t v : source.faces[f])
-        editor.rings().around(v, [&](std::uint32_t h) { points.push_back(source.faces[h / 3][(h + 1) % 3]); });
-    std::size_t back = editor.restore(points, kLeast);
-    if (back == 0 && !bad.empty()) {
-      // What stands in the way lies farther off.
-      points.resize(source.points.size());
-      std::iota(points.begin(), points.end(), 0U);
-      back = editor.restore(points, kLeast);
-    }
+        editor_.rings().around(v, [&](std::uint32_t h) { points.push_back(source.faces[h / 3][(h + 1) % 3]); });
+    std::size_t back = editor_.restore(points, least_);
+    if (back == 0 && !bad.empty()) back = restore_all();  // what stands in the way lies farther off
     if (back == 0) return bad.empty();
     bad.clear();
-    touched = editor.take_changes().points;
-  }
-}
-
-/// For sheets that cross or touch along many faces, and the folds among them: pushes apart what meets until a shell
-/// stands. Where that leads no further, points may first lie farther from where they were, twice and then four times as
-/// far as the limits say; then the least that is still bad is cut out. As smooth_and_cut() else.
-void push_and_cut(Prepared& result, std::span<const LatticePoint> start, const PrepareLimits& limits,
-                  const Progress& progress) {
-  constexpr int kRounds = 120;   // of pushing and cutting in all, so that it ends
-  constexpr int kVain = 3;       // rounds without gain in a row, after which points may go farther, or are cut out
-  constexpr int kMostCuts = 12;  // so that it ends
-  constexpr std::size_t kMany = 1000;  // faces; what few take is soon done
-  constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
-  constexpr double kFarther = 4;       // times as far as the limits say, where sheets that cross need it
-  constexpr double kMostNear = 0.09;   // of the scanned faces: solids that lie in each other cannot be pushed out of it
-  Budget budget(result.source);
-  double farthest = limits.farthest;
-  SourceEditor editor(result.source, start, farthest);
-  const SourceIndex& source = editor.source();
-  InitialShell shell(source, editor.rings(), limits.longest, heights_of(limits));
-  std::optional<InitialShell> room(std::in_place, source, editor.rings(), limits.longest, InitialShell::Heights::Stiff);
-  SourceEditor::Changes changes;  // since the shell was made
-  std::size_t at_first = 0, fewest = source.faces.size();
-  int vain = 0, cuts = 0;
-  for (int round = 0; round < kRounds; ++round) {
-    progress("shell", double(round) / kRounds);
-    const auto singular = editor.smooth({}, wanted_of(limits), kLeast, SourceEditor::Neighbours::Follow, progress);
-    if (!singular) return;
-    const SourceEditor::Changes latest = editor.take_changes();
-    if (!room->update(latest.points, latest.gone, progress)) return;
-    changes.points.insert(changes.points.end(), latest.points.begin(), latest.points.end());
-    changes.gone.insert(changes.gone.end(), latest.gone.begin(), latest.gone.end());
-    const std::vector<std::uint32_t> around = editor.faces_around(*singular);
-    const auto with_singular = [&](std::vector<std::uint32_t> bad) {
-      bad.insert(bad.end(), around.begin(), around.end());
-      sort_unique(bad);
-      return bad;
-    };
-    const std::vector<std::uint32_t> near = with_singular(room->faults());
-    const auto scanned = std::ranges::count_if(near, [&](std::uint32_t f) { return editor.is_scanned(f); });
-    const double share = budget.share_of(static_cast<std::size_t>(scanned));
-    if (share > kMostNear && near.size() > kMany) return;
-    if (round == 0) {
-      at_first = near.size();
-      if (result.bad_faces.empty())
-        for (const std::uint32_t f : near) result.bad_faces.push_back(source.face_of[f]);
-    }
-    vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
-    fewest = std::min(fewest, near.size());
-    const bool may_go_farther = farthest < kFarther * limits.farthest;
-    // Many faces, singular vertices among them, that pushing makes no fewer at first do not yield to more room either.
-    const bool in_vain = farthest == limits.farthest && !around.empty() && near.size() >= std::max(at_first, kMany);
-    const bool is_last = vain == kVain && may_go_farther && (share > Budget::kMost || in_vain);
-    // The shell may still stand: solids with a common face are apart by now.
-    if (is_last && near.size() > kMany) return;
-    if (!near.empty() && !is_last && (vain < kVain || may_go_farther)) {
-      if (vain == kVain) {
-        farthest *= 2;
-        editor.allow(farthest);
-        vain = 0;
-      }
-      if (!editor.push_apart(near, progress)) return;
-      continue;
-    }
-    sort_unique(changes.points);
-    sort_unique(changes.gone);
-    if (!shell.update(changes.points, changes.gone, progress)) return;
-    changes = {};
-    const std::vector<std::uint32_t> bad = with_singular(shell.faults());
-    if (bad.empty()) {
-      room.reset();  // it makes one of its own
-      if (widen(editor, shell, limits.longest, progress)) succeed(result, std::move(editor), std::move(shell), budget);
-      return;
-    }
-    if (is_last || ++cuts > kMostCuts) return;
-    const auto loss = editor.cut_and_patch(bad, 0);
-    if (!loss) return;
-    budget.spend(*loss);
-    if (budget.is_overspent()) return;
-    fewest = source.faces.size();
-    vain = 0;
+    touched = editor_.take_changes().points;
   }
 }
 
@@ -393,61 +454,38 @@ bool split_high_valences(Prepared& result) {
   return false;
 }
 
-/// Truncates spikes of the source as it lay at first; how many.
-std::size_t truncate(Prepared& result, std::vector<LatticePoint>& start, Spikes& spikes, const PrepareLimits& limits) {
-  result.source.points = start;
-  const std::size_t truncated = truncate_spikes(result.source, std::exchange(spikes.points, {}), limits.farthest);
-  spikes.very_long = false;
-  --spikes.turns_left;
-  result.repairs.truncated_spikes += truncated;
-  start = result.source.points;
-  result.repairs.parted_points = separate_coincident_points(result.source, limits.apart);
-  return truncated;
-}
-
-enum class Remedy : std::uint8_t {
-  Smooth,     ///< and cut out what is left
-  PushApart,  ///< and cut out what is left
-  Leave,      ///< vertices that are seen by no more than a needle's point
-  Truncate    ///< spikes, and smooth again
-};
-/// What changes little comes first.
-constexpr std::array kRemedies = {Remedy::Smooth,   Remedy::PushApart, Remedy::Leave,    Remedy::Truncate,
-                                  Remedy::Truncate, Remedy::Truncate,  Remedy::PushApart};
-
 }  // namespace
 
 Prepared prepare(ClosedSource given, const PrepareLimits& limits, const Progress& progress) {
   Prepared result;
   result.source = std::move(given);
+  ClosedSource& s = result.source;
   if (!split_high_valences(result)) return result;
-  std::vector<LatticePoint> start = result.source.points;
-  result.repairs.parted_points = separate_coincident_points(result.source, limits.apart);
-  Spikes spikes;
-  bool is_new = true;  // since sheets were pushed apart in vain
-  for (const Remedy remedy : kRemedies) {
+  std::vector<LatticePoint> start = s.points;
+  Budget budget(s);
+  bool may_truncate = true, pushes = false;
+  std::vector<std::uint32_t> spikes;
+  for (double least = kLeast;;) {
+    result.repairs.parted_points = separate_coincident_points(s, limits.apart);
+    Mending mending(result, start, limits, may_truncate, least, pushes, budget, progress);
+    mending.run();
     if (result.stand || !result.specks.empty() || progress.cancelled()) break;
-    switch (remedy) {
-      case Remedy::Smooth:
-        smooth_and_cut(result, start, limits, spikes, progress);
-        break;
-      case Remedy::PushApart:
-        if (is_new && !spikes.very_long) push_and_cut(result, start, limits, progress);
-        is_new = is_new && spikes.very_long;
-        break;
-      case Remedy::Leave: {
-        if (spikes.very_long || result.obstacle->kind != DefectKind::SingularVertex) break;
-        SourceEditor editor(result.source, start, limits.farthest);
-        InitialShell shell(editor.source(), editor.rings(), limits.longest);
-        stands_as_it_is(result, editor, shell, kWanted, kNeedle, Budget(result.source), progress);
-        break;
-      }
-      case Remedy::Truncate:
-        if (spikes.points.empty() || truncate(result, start, spikes, limits) == 0) break;
-        is_new = true;
-        smooth_and_cut(result, start, limits, spikes, progress);
-        break;
+    // What is tried next does not go on from there, but from what was given: what cuts did not do for is pushed apart,
+    // needles stay as they are, then spikes are truncated, which makes a new source.
+    s.points = start;
+    budget.begin_again();
+    if (!pushes) spikes = mending.spikes();
+    pushes = mending.cut_in_vain();
+    if (pushes) continue;
+    if (mending.has_needles()) {
+      least = kNeedle;
+      continue;
     }
+    if (spikes.empty()) break;
+    const std::size_t truncated = truncate_spikes(s, spikes, limits.farthest);
+    may_truncate = truncated > 0;
+    result.repairs.truncated_spikes += truncated;
+    start = s.points;
   }
   if (progress.cancelled()) result.obstacle.reset();
   return result;

@@ -61,10 +61,11 @@ struct Prepared {
 };
 inline constexpr std::size_t kMostBadComponents = 20;
 
-/// Finds the defects of a source and remedies each kind as cheaply as it can, until a shell with short fibres stands
-/// that satisfies C0 to C3 and C5 to C7 (docs/explanation/conversion.md). Remedies, in order: split high valences, move
-/// coincident points, smooth, cut out and patch, truncate spikes, push sheets apart. It stops where only tiny
-/// components are in the way. Deterministic.
+/// Finds the defects of a source and gives them the cheapest remedy of their kinds that may still help, until a shell
+/// with short fibres stands that satisfies C0 to C3 and C5 to C7 (docs/explanation/conversion.md). Remedies, the
+/// cheapest first: move coincident points, smooth, cut out and patch small places, push sheets apart, cut out and
+/// patch what is left, leave needles as they are, truncate spikes. High valences are split before. It stops where only
+/// tiny components are in the way. Deterministic.
 [[nodiscard]] Prepared prepare(ClosedSource source, const PrepareLimits& limits, const Progress& progress);
 
 }  // namespace relief::detail

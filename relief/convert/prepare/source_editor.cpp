@@ -96,18 +96,26 @@ std::vector<std::uint32_t> SourceEditor::faces_around(std::span<const std::uint3
 
 std::optional<SourceEditor::Seen> SourceEditor::look_at_all(double wanted, double least, const Progress& progress) {
   const auto count = static_cast<std::uint32_t>(source_.points.size());
+  const std::vector<float> before = source_.most_slack;
   if (!for_all(count, 1024, progress, [&](std::size_t v) { look_at(static_cast<std::uint32_t>(v), wanted, least); }))
     return std::nullopt;
   looked_ = true;
   poor_.clear();
   auto seen = Seen::Well;
   for (std::uint32_t v = 0; v < count; ++v) {
-    if (source_.is_needle(v)) rings_.around(v, [&](std::uint32_t h) { source_.update_normal(h / 3); });
+    if (source_.most_slack[v] != before[v]) rings_.around(v, [&](std::uint32_t h) { source_.update_normal(h / 3); });
     if (sight_[v] == Sight::Well) continue;
     poor_.push_back(v);
     seen = std::max(seen, sight_[v] == Sight::Poor ? Seen::Poorly : Seen::NotAll);
   }
   return seen;
+}
+
+std::vector<std::uint32_t> SourceEditor::singular() const {
+  std::vector<std::uint32_t> found;
+  for (const std::uint32_t v : poor_)
+    if (sight_[v] == Sight::Singular) found.push_back(v);
+  return found;
 }
 
 std::optional<std::vector<std::uint32_t>> SourceEditor::smooth(std::span<const std::uint32_t> given, double wanted,
@@ -175,12 +183,9 @@ std::optional<std::vector<std::uint32_t>> SourceEditor::smooth(std::span<const s
   note_seen();
   std::sort(seen.begin(), seen.end());
   poor_.clear();
-  std::vector<std::uint32_t> singular;
-  for (const std::uint32_t v : seen) {
+  for (const std::uint32_t v : seen)
     if (sight_[v] != Sight::Well) poor_.push_back(v);
-    if (sight_[v] == Sight::Singular) singular.push_back(v);
-  }
-  return singular;
+  return singular();
 }
 
 /// Returns the winding number of the faces as they lie now.
@@ -355,18 +360,12 @@ std::optional<SourceEditor::Loss> SourceEditor::cut_and_patch(std::span<const st
   const CutRegion region(source_, rings_, patch_, bad, rings, heat_);
   alive_ -= region.faces().size();
   if (alive_ == 0) return std::nullopt;
-  Loss loss;
+  Loss loss = loss_of(region);
   std::vector<std::uint32_t> lessened;
   for (const std::uint32_t f : region.faces()) {
     lessened.push_back(components_.of_face[f]);
     --component_sizes_[components_.of_face[f]];
-    if (patch_[f] != 0) continue;
-    loss.area += area_of(f);
-    ++loss.faces;
   }
-  const CutRegion::Piece widest = region.widest();
-  loss.widest = widest.diagonal;
-  loss.place = widest.middle;
   const std::optional<Patches> patches = close_with_patches(source_, rings_, region);
   if (!patches || !replace(region, *patches)) return std::nullopt;
   sort_unique(lessened);
@@ -461,6 +460,21 @@ bool SourceEditor::replace(const CutRegion& region, const Patches& patches) {
   for (const auto& [v, h] : patches.edges) changed(v);
   for (std::uint32_t v = first_point; v < source_.points.size(); ++v) changed(v);
   return true;
+}
+
+SourceEditor::Loss SourceEditor::loss_of_cut(std::span<const std::uint32_t> bad, std::size_t rings) const {
+  return loss_of(CutRegion(source_, rings_, patch_, bad, rings, heat_));
+}
+
+SourceEditor::Loss SourceEditor::loss_of(const CutRegion& region) const {
+  const CutRegion::Piece widest = region.widest();
+  Loss loss{.widest = widest.diagonal, .place = widest.middle};
+  for (const std::uint32_t f : region.faces()) {
+    if (!is_scanned(f)) continue;
+    loss.area += area_of(f);
+    ++loss.faces;
+  }
+  return loss;
 }
 
 SourceEditor::Changes SourceEditor::take_changes() {

@@ -50,6 +50,9 @@ class SourceEditor {
   /// at least the least one; nothing when cancelled.
   std::optional<Seen> look_at_all(double wanted, double least, const Progress& progress);
 
+  /// Returns the vertices of which no direction sees all faces, ascending; after look_at_all() or smooth().
+  [[nodiscard]] std::vector<std::uint32_t> singular() const;
+
   enum class Neighbours : std::uint8_t { Follow, FollowLate };
   /// Moves vertices whose visibility is below `wanted`, and those given, towards their neighbours. These follow a
   /// little, from the start or only where moving the vertices alone does not help. The vertices whose visibility stays
@@ -81,6 +84,9 @@ class SourceEditor {
   /// loops. Tiny pieces that come loose go too, and so do pieces of patches alone. A patch is fill where its loop was.
   /// Empty when no face would be left or a loop cannot be closed: then discard the editor.
   std::optional<Loss> cut_and_patch(std::span<const std::uint32_t> bad, std::size_t rings);
+
+  /// Returns what of the area and the faces that would cost.
+  [[nodiscard]] Loss loss_of_cut(std::span<const std::uint32_t> bad, std::size_t rings) const;
 
   /// Holds what has changed since the last call: points that faces around them have moved, come or gone, and the faces
   /// that are no more.
@@ -118,6 +124,7 @@ class SourceEditor {
   [[nodiscard]] LatticePoint within_reach(std::uint32_t v, Vec3d place) const;
   std::vector<std::uint32_t> move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves);
   [[nodiscard]] double area_of(std::uint32_t f) const noexcept { return 0.5 * length(source_.cross_of(f)); }
+  [[nodiscard]] Loss loss_of(const CutRegion& region) const;
   bool replace(const CutRegion& region, const Patches& patches);
 
   SourceIndex source_;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <tuple>
 
 namespace relief::detail {
 namespace {
@@ -28,8 +27,6 @@ unsigned corners_to_lower(const std::array<std::array<float, 2>, 3>& heights,
 bool InitialShell::update(std::span<const std::uint32_t> changed, std::span<const std::uint32_t> gone,
                           const Progress& progress) {
   constexpr int kRounds = 60;  // halvings of two sides from the longest fibre to the least height, and some more
-  constexpr int kDoubt = 2;    // the round after which many faults are looked at with the least heights
-  constexpr float kHalf = 0.5F;
   constexpr std::size_t kChunk = 8192;  // faces; after each the pairs tested so far are counted
   constexpr std::size_t kMostPairs = 30'000'000, kMostPairsEach = 2000;  // in all, and for each face: a few seconds
   const std::size_t points = source_.points.size(), faces = source_.faces.size();
@@ -88,16 +85,7 @@ bool InitialShell::update(std::span<const std::uint32_t> changed, std::span<cons
   for (int round = 0; round < kRounds && !work.empty(); ++round) {
     if (!test_all(round == 0)) return false;
     if (pairs_ >= most_pairs) break;
-    if (round == kDoubt && has_many_faults()) {
-      auto before = std::tuple(heights_, ends_, blamed_, faulty_, shortest_);
-      const std::size_t pairs_before = pairs_;
-      shrink(work, 0);
-      if (!test_all(false)) return false;
-      if (has_many_faults()) break;
-      std::tie(heights_, ends_, blamed_, faulty_, shortest_) = std::move(before);
-      pairs_ = pairs_before;
-    }
-    if (!shrink(work, kHalf)) break;
+    if (!shrink(work)) break;
   }
   for (const std::uint32_t f : work) works_[f] = 0;
   faults_.clear();
@@ -241,14 +229,9 @@ bool InitialShell::can_shrink(std::uint32_t f, std::uint32_t swallowed) const no
   return tallest > std::max(kLeastHeight, kThinEnough * shortest);
 }
 
-bool InitialShell::has_many_faults() const noexcept {
-  const auto count = std::ranges::count_if(faulty_, [](std::uint8_t fault) { return (fault & kFault) != 0; });
-  return static_cast<std::size_t>(count) > most_faults_;
-}
-
-/// Makes what is to blame lower by the factor, and leaves in `work` the faces that this changes; false when none of it
+/// Halves what is to blame, and leaves in `work` the faces that this changes; false when none of it
 /// may be lower.
-bool InitialShell::shrink(std::vector<std::uint32_t>& work, float factor) {
+bool InitialShell::shrink(std::vector<std::uint32_t>& work) {
   work.clear();
   if (!may_shrink()) return false;
   bool shrunk = false;
@@ -257,7 +240,7 @@ bool InitialShell::shrink(std::vector<std::uint32_t>& work, float factor) {
     for (const Side side : {kInner, kOuter}) {
       float& height = heights_[v][side];
       if ((blamed_[v] >> side & 1U) == 0 || height <= least_[v]) continue;
-      height = std::max(least_[v], height * factor);
+      height = std::max(least_[v], height * 0.5F);
       if (height <= least_[v]) shortest_.push_back(v);
       shrunk = true;
     }

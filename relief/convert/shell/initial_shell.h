@@ -42,16 +42,10 @@ class InitialShell {
     Roomy       ///< the same with 0.3 of it
   };
   /// All must outlive it. `longest`: of a fibre, lattice steps. `wanted`: per point, whether faults of the faces there
-  /// are asked for at first; none: all are. `most_faults`: where more faces than that are still faulty in one look with
-  /// the least heights, halving ends early, and faults() may hold some that would have yielded.
+  /// are asked for at first; none: all are.
   InitialShell(const SourceIndex& source, const Rings& rings, double longest, Heights heights = Heights::Shrinking,
-               std::span<const std::uint8_t> wanted = {}, std::size_t most_faults = kNone)
-      : source_(source),
-        rings_(rings),
-        tallest_(kMostOfLongest * longest),
-        kind_(heights),
-        wanted_(wanted),
-        most_faults_(most_faults) {}
+               std::span<const std::uint8_t> wanted = {})
+      : source_(source), rings_(rings), tallest_(kMostOfLongest * longest), kind_(heights), wanted_(wanted) {}
 
   /// Makes the shell, or makes it again where the source has changed: `changed` are the points that faces around them
   /// have moved, come or gone, and `gone` the faces that are no more. False when cancelled; it is of no use then.
@@ -80,15 +74,13 @@ class InitialShell {
   [[nodiscard]] Box3d box(std::uint32_t f) const noexcept;
   void test(std::uint32_t f, bool source_is_new);
   [[nodiscard]] bool can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexcept;
-  bool shrink(std::vector<std::uint32_t>& work, float factor);
-  [[nodiscard]] bool has_many_faults() const noexcept;
+  bool shrink(std::vector<std::uint32_t>& work);
 
   const SourceIndex& source_;
   const Rings& rings_;
   double tallest_;  // fibre half
   Heights kind_;
   std::span<const std::uint8_t> wanted_;
-  std::size_t most_faults_;
   std::vector<Vec3f> directions_;
   std::vector<std::array<float, 2>> heights_;  // by Side
   std::vector<float> least_;                   // per point: of its heights

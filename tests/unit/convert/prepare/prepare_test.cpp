@@ -364,6 +364,27 @@ TEST(Prepare, SheetsThatCrossArePushedApart) {
   }
 }
 
+TEST(Prepare, APatchLeavesAsMuchRoomAsTheScanAround) {
+  // A hollow ball, of which two points have changed places: flat patches come near the hollow.
+  constexpr double kHollow = 0.985;  // radius
+  TriangleMesh mesh = testing::ball(60);
+  const std::size_t pole = mesh.positions.size() - 1;
+  std::swap(mesh.positions[3500], mesh.positions[3504]);
+  append(mesh, testing::turned(testing::ball(60)), {}, kHollow);
+  const ClosedSource given = closed_source(mesh);
+  const Prepared made = prepared(given);
+  expect_stands(made);
+  EXPECT_GT(made.repairs.replaced_faces, 0U);
+  const Vec3d middle = (to_double(given.points[0]) + to_double(given.points[pole])) * 0.5;
+  const double radius = length(to_double(given.points[pole]) - middle);
+  double least = 2;
+  for (std::size_t f = 0; f < made.source.faces.size(); ++f)
+    if (made.source.patch[f] != 0)
+      for (const std::uint32_t v : made.source.faces[f])
+        least = std::min(least, length(to_double(made.source.points[v]) - middle) / radius - kHollow);
+  EXPECT_GE(least, 0.999 * (1 - kHollow));
+}
+
 TEST(Certified, WhatIsInsideOutIsPushedOut) {
   // A plate whose two sides have changed places over a disc: its solid is thinner than nothing there.
   TriangleMesh plate = testing::ball(60);
