@@ -308,7 +308,8 @@ void calls_of_thread(Report& report, const testing::HeldTool& held, const std::v
   const std::string of = (pull ? ", the servo's thread" : ", a push device's thread") + held.name;
   report.at_least("ticks in contact" + of, run.touched, 20);
   report.at_least("changes of model and settings" + of, std::min(run.models, run.settings), 3);
-  report.at_least("ticks after a full queue and after a standstill" + of, std::min(run.dropped, run.stalled), 1);
+  report.at_least("ticks after a full queue and after a standstill" + of,
+                  std::min(run.dropped, pull ? run.stalled : run.lost), 1);
   testing::ForbiddenCalls calls = run.calls;
   // A loop of our own sleeps once before each tick.
   calls.system_calls += std::abs(calls.sleeps - (pull && run.saw_system_calls ? ticks : 0));

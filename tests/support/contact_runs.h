@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -101,13 +102,15 @@ inline bool is_closed(const SlabMesh& mesh) {
 }
 
 /// Outside thin places what is held is to be no deeper than a plain god-object on the bare triangles that was where it
-/// was, and has followed the cursor since; where that is free, at no depth. Thin is a place from which the line through
-/// the cursor comes out of the body within twice the depth: of the product's place, or of the god-object's. There, and
-/// where the product lets go, the comparison ends, and begins again from where the product is.
+/// was, and has followed the cursor since; where that has been free for 60 ticks, at no depth. Thin is a place from
+/// which the line through the cursor comes out of the body within twice the depth: of the product's place, or of the
+/// god-object's. There, where the product lets go, and where a god-object goes off over an open rim, the comparison
+/// ends, and begins again from where the product is.
 class DepthJudge {
  public:
   /// `radius`: of a ball; 0: a point.
-  DepthJudge(const BareTriangles& bare, double radius) : oracle_(bare, radius, 1), slack_(1e-4 * bare.diagonal()) {}
+  DepthJudge(const BareTriangles& bare, double radius, bool closed)
+      : oracle_(bare, radius, 1), slack_(1e-4 * bare.diagonal()), closed_(closed) {}
   /// How many times as deep the product is as the god-object was at most in the last 60 ticks; none where the two are
   /// not compared. 1e-4 of the diagonal is let pass. `place`: the contact point, or the centre of a ball.
   [[nodiscard]] std::optional<double> judge(bool held, Vec3d place, Vec3d cursor) {
@@ -117,17 +120,26 @@ class DepthJudge {
     }
     if (!std::exchange(following_, true)) {
       following_ = oracle_.hold(place, cursor);
-      depths_.assign(1, length(place - cursor));  // time to come out of a thin place, where it was right
+      depths_.clear();
+      began_ = place;
+      since_ = free_for_ = 0;
       if (!following_) return {};
     }
     const OracleTick oracle = oracle_.move(cursor);
-    if (oracle.held && oracle_.past_the_middle(oracle.point, cursor)) {
+    const double depth = length(place - cursor);
+    if (!oracle.held && closed_) {
+      if (++free_for_ <= kTicks) return {};
+      return depth > slack_ ? std::numeric_limits<double>::infinity() : 0;
+    }
+    if (!oracle.held || free_for_ > 0 || oracle_.past_the_middle(oracle.point, cursor)) {
       following_ = false;
       return {};
     }
-    depths_.push_back(oracle.held ? oracle.depth : 0);
+    depths_.push_back(oracle.depth);
     if (depths_.size() > kTicks) depths_.erase(depths_.begin());
-    const double most = *std::ranges::max_element(depths_), depth = length(place - cursor);
+    double most = *std::ranges::max_element(depths_);
+    // As long it has to come out of a thin place, where it was right.
+    if (++since_ < kTicks) most = std::max(most, length(began_ - cursor));
     return std::max(0.0, depth - slack_) / std::max(most, 1e-300);
   }
 
@@ -136,7 +148,9 @@ class DepthJudge {
 
   Oracle oracle_;
   double slack_;
-  bool following_ = false;
+  bool closed_, following_ = false;
+  Vec3d began_;
+  std::size_t since_ = 0, free_for_ = 0;
   std::vector<double> depths_;
 };
 
@@ -144,7 +158,7 @@ class DepthJudge {
 class JudgedPoint {
  public:
   JudgedPoint(const TriangleSoup& soup, const BareTriangles& bare, bool closed)
-      : judge_(soup, closed), depth_(bare, 0) {}
+      : judge_(soup, closed), depth_(bare, 0, closed) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
     static_cast<void>(proxy_.step(model, cursor));
     times_ = depth_.judge(proxy_.held(), proxy_.position(), cursor);
@@ -163,7 +177,7 @@ class JudgedPoint {
 class JudgedBall {
  public:
   JudgedBall(const TriangleSoup& soup, const BareTriangles& bare, double radius)
-      : judge_(soup, radius), depth_(bare, radius), radius_(radius) {}
+      : judge_(soup, radius), depth_(bare, radius, true), radius_(radius) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
     const bool touches = ball_.step(model, cursor, radius_);
     times_ = depth_.judge(touches, ball_.centre(), cursor);

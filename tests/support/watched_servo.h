@@ -19,11 +19,11 @@ namespace relief::testing {
 
 /// A simulated hand, pull or push, that watches the thread of its servo: from one reading to another one some hundred
 /// ticks later all that is called, in the servo, in the loop around it and in the hand. In the middle it stands still
-/// for once.
+/// for once, so long that a pull device's watchdog sees it, and a push device is stopped and started again.
 class WatchedHand final : public HapticDevice {
  public:
   static constexpr int kWarmUp = 200;                          // ticks before the watch begins
-  static constexpr std::chrono::milliseconds kStandstill{60};  // longer than the servo's watchdog allows
+  static constexpr std::chrono::milliseconds kStandstill{60};  // longer than is let pass
 
   /// `breach` is called in one of the ticks that are watched.
   WatchedHand(bool pull, SimulatedHand hand, int ticks, std::function<void()> breach)
@@ -37,21 +37,28 @@ class WatchedHand final : public HapticDevice {
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] bool read(DeviceState& state) noexcept override {
     const int at = tick_++ - kWarmUp;
-    if (at == 0) begin();
-    if (at == ticks_) end();
+    if (at == 0) watch();
+    if (at == ticks_) {
+      leave();
+      done_.store(true);
+    }
     if (at == ticks_ / 2) pause_for(kStandstill);
     if (at == ticks_ / 4 && breach_) breach_();
     return hand_.read(state);
   }
   [[nodiscard]] bool write(const Wrench& wrench) noexcept override { return hand_.write(wrench); }
   [[nodiscard]] bool start(PushTick tick) noexcept override {
+    stop();
+    stop_.store(false);
     thread_ = std::thread([this, tick] {
+      if (tick_ > kWarmUp && !done_.load()) watch();  // again
       while (!stop_.load()) {
         DeviceState state;
         static_cast<void>(read(state));
         static_cast<void>(write(tick(state)));
         pause_for(std::chrono::microseconds(200));
       }
+      leave();  // how a thread ends is not the servo's
     });
     return true;
   }
@@ -66,19 +73,22 @@ class WatchedHand final : public HapticDevice {
   /// Once done() or the servo has stopped.
   [[nodiscard]] const ForbiddenCalls& calls() const noexcept { return calls_; }
   [[nodiscard]] bool saw_system_calls() const noexcept { return saw_system_calls_; }
-  [[nodiscard]] long minor_faults() const noexcept { return after_.ru_minflt - before_.ru_minflt; }
-  [[nodiscard]] long major_faults() const noexcept { return after_.ru_majflt - before_.ru_majflt; }
+  [[nodiscard]] long minor_faults() const noexcept { return minor_faults_; }
+  [[nodiscard]] long major_faults() const noexcept { return major_faults_; }
 
  private:
-  void begin() noexcept {
+  /// On the servo's thread, as is leave().
+  void watch() noexcept {
     saw_system_calls_ = watch_system_calls();
     getrusage(RUSAGE_THREAD, &before_);
     watched_calls = &calls_;
   }
-  void end() noexcept {
-    watched_calls = nullptr;
-    getrusage(RUSAGE_THREAD, &after_);
-    done_.store(true);
+  void leave() noexcept {
+    if (std::exchange(watched_calls, nullptr) == nullptr) return;
+    rusage now{};
+    getrusage(RUSAGE_THREAD, &now);
+    minor_faults_ += now.ru_minflt - before_.ru_minflt;
+    major_faults_ += now.ru_majflt - before_.ru_majflt;
   }
   /// The device's own waits are not the servo's.
   static void pause_for(std::chrono::microseconds time) noexcept {
@@ -94,7 +104,8 @@ class WatchedHand final : public HapticDevice {
   std::function<void()> breach_;
   ForbiddenCalls calls_;
   bool saw_system_calls_ = false;
-  rusage before_{}, after_{};
+  rusage before_{};
+  long minor_faults_ = 0, major_faults_ = 0;
   std::atomic<bool> done_{false}, stop_{false};
   std::thread thread_;
 };
@@ -104,7 +115,8 @@ struct WatchedRun {
   ForbiddenCalls calls;
   bool saw_system_calls = false;
   long minor_faults = 0, major_faults = 0;
-  int touched = 0, models = 0, settings = 0, stalled = 0, dropped = 0;  ///< ticks in contact; changes; ticks so flagged
+  int touched = 0, models = 0, settings = 0;  ///< ticks in contact; changes
+  int stalled = 0, lost = 0, dropped = 0;     ///< ticks so flagged
 };
 
 /// Lets a ServoThread feel `models` in turn while its settings change, its telemetry runs full, and its loop stands
@@ -132,6 +144,7 @@ inline WatchedRun watched_run(bool pull, const std::vector<SnapshotPtr>& models,
       run.touched += tick.sample.contact ? 1 : 0;
       run.models += tick.model != std::exchange(model, tick.model) ? 1 : 0;
       run.stalled += (tick.sample.flags & bit(ServoFault::Stalled)) != 0 ? 1 : 0;
+      run.lost += (tick.sample.flags & bit(ServoFault::DeviceLost)) != 0 ? 1 : 0;
       run.dropped += (tick.sample.flags & bit(ServoFault::SampleDropped)) != 0 ? 1 : 0;
       run.settings = static_cast<int>(tick.settings);
     }
