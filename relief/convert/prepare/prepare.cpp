@@ -179,8 +179,8 @@ class Mending {
   void run();
   /// Whether every vertex given was seen, some by less than asked for, but by a needle's point at least.
   [[nodiscard]] bool has_needles() const noexcept { return has_needles_; }
-  /// Whether cuts were made that did not do, before anything was pushed apart.
-  [[nodiscard]] bool cut_in_vain() const noexcept { return editor_.was_cut() && !pushes_; }
+  /// Whether what meets has to be pushed apart: more is bad than may be cut out, or cuts did not do.
+  [[nodiscard]] bool has_to_push() const noexcept { return !pushes_ && (too_much_ || editor_.was_cut()); }
   /// Returns the vertices, by their numbers in the given source, that no direction saw after smoothing and whose edges
   /// are so long that it could not help. After run().
   [[nodiscard]] const std::vector<std::uint32_t>& spikes() const noexcept { return spikes_; }
@@ -203,13 +203,13 @@ class Mending {
   bool may_truncate_;
   const Progress& progress_;
   double wanted_, least_;  // visibility
-  bool pushes_;            // apart what meets, from now on
+  const bool pushes_;      // apart what meets
   Budget& budget_;
   double farthest_;  // that points may lie from their start by now, lattice steps
   SourceEditor editor_;
   InitialShell shell_;
   std::optional<InitialShell> room_;  // finds sheets that have not much of it, while these are pushed apart
-  bool has_needles_ = false;
+  bool has_needles_ = false, too_much_ = false;
   int smoothings_ = 0;
   std::vector<std::uint32_t> singular_, spikes_;
   SourceEditor::Changes latest_, changes_;  // since room_, shell_ were made
@@ -251,10 +251,8 @@ void Mending::run() {
         break;
       }
       case Remedy::PushApart:
-        if (editor_.was_cut()) return;
-        restore_all();
-        pushes_ = true;
-        break;
+        too_much_ = true;
+        return;
       case Remedy::None:
         return;
     }
@@ -475,7 +473,7 @@ Prepared prepare(ClosedSource given, const PrepareLimits& limits, const Progress
     s.points = start;
     budget.begin_again();
     if (!pushes) spikes = mending.spikes();
-    pushes = mending.cut_in_vain();
+    pushes = mending.has_to_push();
     if (pushes) continue;
     if (mending.has_needles()) {
       least = kNeedle;
