@@ -148,31 +148,49 @@ void OpenJob::open_sample(const QString& name, const QString& to) {
 }
 
 Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit unit) {
+  const auto distance = [&](double share) { return length_text(share * diagonal, unit); };
+  const auto percent = [](double share) { return QString::number(100 * share, 'g', 2); };
+  const auto count = [](std::size_t n) { return static_cast<int>(std::min<std::size_t>(n, 1'000'000'000)); };
   Verdict verdict;
   verdict.certified = mode == Mode::Certified;
   verdict.title = verdict.certified ? Words::tr("Certified") : Words::tr("Tolerant");
-  const double most = std::max(report.to_source.max, report.from_source.max) * diagonal;
-  verdict.lines.append(Words::tr("Within %1 of the scan.").arg(length_text(most, unit)));
+  verdict.lines.append(Words::tr("Within %1 of the scan.").arg(distance(farthest_off(report))));
+  if (report.coverage.share < 1)
+    verdict.lines.append(
+        Words::tr("%1 % of what can be seen of the scan is missing.").arg(percent(1 - report.coverage.share)));
+  if (report.remesh)
+    verdict.lines.append(
+        Words::tr("It stands on a solid that was rebuilt with voxels of %1.").arg(distance(report.remesh->voxel)));
   if (!verdict.certified)
     verdict.lines.append(
-        Words::tr("The slabs do not overlap, but some places of the scan are seen from no side or touch each other."));
-  if (report.fibres_cast > 0 && report.hits_single < report.fibres_cast) {
-    const auto several = static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast);
-    if (several > 0)
-      verdict.lines.append(Words::tr("%1 % of the surface lies over itself and shows its outer side only.")
-                               .arg(100 * several, 0, 'g', 2));
-  }
+        is_of_the_source(report)
+            ? Words::tr(
+                  "The slabs do not overlap, but some places of the scan are seen from no side or touch each other.")
+            : Words::tr("It is not certified, because it is not close enough to the whole scan."));
+  if (report.hits_several > 0)
+    verdict.lines.append(
+        Words::tr("%1 % of the surface lies over itself and shows its outer side only.")
+            .arg(percent(static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast))));
   QStringList removed;
+  if (report.strays.components > 0)
+    removed.append(Words::tr("%n component(s) far off were left out", nullptr, count(report.strays.components)));
+  if (report.skin && report.skin->dropped > 0)
+    removed.append(
+        Words::tr("%n triangle(s) inside of other parts were left out", nullptr, count(report.skin->dropped)));
   if (report.closed_openings > 0)
-    removed.append(Words::tr("%n opening(s) stay open", nullptr, static_cast<int>(report.closed_openings)));
+    removed.append(Words::tr("%n opening(s) stay open", nullptr, count(report.closed_openings)));
   if (report.dropped_parts > 0)
-    removed.append(Words::tr("%n small part(s) were left out", nullptr, static_cast<int>(report.dropped_parts)));
-  if (report.specks > 0)
-    removed.append(Words::tr("%n tiny component(s) were left out", nullptr, static_cast<int>(report.specks)));
+    removed.append(Words::tr("%n small part(s) were left out", nullptr, count(report.dropped_parts)));
+  if (report.specks > 0) removed.append(Words::tr("%n tiny component(s) were left out", nullptr, count(report.specks)));
   if (report.replaced_triangles > 0)
-    removed.append(Words::tr("%n triangle(s) were mended", nullptr, static_cast<int>(report.replaced_triangles)));
-  verdict.lines.append(removed.isEmpty() ? Words::tr("Nothing was removed.")
-                                         : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
+    removed.append(Words::tr("%n triangle(s) were mended", nullptr, count(report.replaced_triangles)));
+  if (report.moved_vertices > 0)
+    removed.append(Words::tr("%n point(s) moved by at most %1", nullptr, count(report.moved_vertices))
+                       .arg(distance(report.moved_most)));
+  if (!removed.isEmpty())
+    verdict.lines.append(removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
+  else if (report.coverage.share == 1)
+    verdict.lines.append(Words::tr("Nothing was removed."));
   for (const std::string& note : report.notes)
     if (note.find("--") == std::string::npos)  // what it says of options is for those who give some
       verdict.lines.append(note_text(note) + QLatin1Char('.'));

@@ -205,6 +205,10 @@ struct Conversion {
 /// proof speaks of something else, and the model is not called certified.
 [[nodiscard]] bool is_of_the_source(const ConvertReport& report) noexcept;
 
+/// Returns the greatest distance between the model and the source, both ways, with what the slabs stand on; of the
+/// source what can be seen and is not missing. Share of the diagonal.
+[[nodiscard]] double farthest_off(const ConvertReport& report) noexcept;
+
 /// Returns what may still lead to a model where this mode is not available, as the end of a sentence.
 [[nodiscard]] std::string remedy(Mode mode, bool is_remeshed);
 

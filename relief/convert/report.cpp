@@ -107,13 +107,16 @@ bool is_of_the_source(const ConvertReport& report) noexcept {
          report.coverage.beyond <= ConvertReport::Coverage::kNear;
 }
 
+double farthest_off(const ConvertReport& report) noexcept {
+  return std::max({report.to_source.max, report.coverage.farthest, report.coverage.beyond});
+}
+
 std::string verdict(const ConvertReport& report, const ModelInfo& info) {
   const ConvertReport::Coverage& coverage = report.coverage;
   std::string text(1, static_cast<char>(std::toupper(name(info.mode).front())));
   text += name(info.mode).substr(1);
   if (info.mode == Mode::Tolerant) text += ", as " + reason(report, distance(coverage.beyond, info));
-  text += "; within " + distance(std::max({report.to_source.max, coverage.farthest, coverage.beyond}), info) +
-          " of the scan";
+  text += "; within " + distance(farthest_off(report), info) + " of the scan";
   if (coverage.share < 1)
     text += ", but " + percent(1 - coverage.share) + " of what can be seen of it is missing, as near " +
             place_in(coverage.missing_near, info);

@@ -640,6 +640,39 @@
         <source>The slabs do not overlap, but some places of the scan are seen from no side or touch each other.</source>
         <translation>Die Platten überschneiden sich nicht, aber manche Stellen des Scans sind von keiner Seite zu sehen oder berühren einander.</translation>
     </message>
+    <message>
+        <source>%1 % of what can be seen of the scan is missing.</source>
+        <translation>%1 % dessen, was vom Scan zu sehen ist, fehlen.</translation>
+    </message>
+    <message>
+        <source>It stands on a solid that was rebuilt with voxels of %1.</source>
+        <translation>Es steht auf einem Körper, der mit Voxeln von %1 neu aufgebaut wurde.</translation>
+    </message>
+    <message>
+        <source>It is not certified, because it is not close enough to the whole scan.</source>
+        <translation>Es ist nicht zertifiziert, weil es dem ganzen Scan nicht nahe genug kommt.</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n component(s) far off were left out</source>
+        <translation>
+            <numerusform>%n weit entferntes Teil wurde weggelassen</numerusform>
+            <numerusform>%n weit entfernte Teile wurden weggelassen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n triangle(s) inside of other parts were left out</source>
+        <translation>
+            <numerusform>%n Dreieck im Inneren anderer Teile wurde weggelassen</numerusform>
+            <numerusform>%n Dreiecke im Inneren anderer Teile wurden weggelassen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n point(s) moved by at most %1</source>
+        <translation>
+            <numerusform>%n Punkt um höchstens %1 verschoben</numerusform>
+            <numerusform>%n Punkte um höchstens %1 verschoben</numerusform>
+        </translation>
+    </message>
 </context>
 <context>
     <name>Samples</name>

@@ -31,6 +31,27 @@
             <numerusform>%n triangles were mended</numerusform>
         </translation>
     </message>
+    <message numerus="yes">
+        <source>%n component(s) far off were left out</source>
+        <translation>
+            <numerusform>%n component far off was left out</numerusform>
+            <numerusform>%n components far off were left out</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n triangle(s) inside of other parts were left out</source>
+        <translation>
+            <numerusform>%n triangle inside of other parts was left out</numerusform>
+            <numerusform>%n triangles inside of other parts were left out</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n point(s) moved by at most %1</source>
+        <translation>
+            <numerusform>%n point moved by at most %1</numerusform>
+            <numerusform>%n points moved by at most %1</numerusform>
+        </translation>
+    </message>
 </context>
 <context>
     <name>SessionReport</name>

@@ -6,6 +6,8 @@
 #include <relief/mesh/read/scene.h>
 #include <relief/mesh/read/zip.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 
@@ -315,6 +317,24 @@ class Reader {
     return archive_.unpack(source_, member, steps);
   }
 
+  /// Extensions that a part says are required: without them its shape is another.
+  [[nodiscard]] Status check_required(const XmlTags& tags, const std::string& model) const {
+    constexpr std::array<std::string_view, 3> kRead = {"/material/", "/production/", "/trianglesets/"};
+    std::string_view rest = tags.attribute("requiredextensions");
+    while (!rest.empty()) {
+      const std::string_view prefix = rest.substr(0, rest.find(' '));
+      rest.remove_prefix(std::min(rest.size(), prefix.size() + 1));
+      const std::string_view space = prefix.empty() ? prefix : tags.attribute(prefix);  // by its xmlns
+      const bool is_read =
+          std::ranges::any_of(kRead, [&](std::string_view known) { return space.find(known) != space.npos; });
+      if (!prefix.empty() && !is_read)
+        return source_.error(Errc::UnsupportedFormat, "part '" + printable(model, 80) + "' requires the extension " +
+                                                          printable(space.empty() ? prefix : space, 100) +
+                                                          ", which is not read; export it as plain triangles");
+    }
+    return {};
+  }
+
   /// Reads one model part; only the root's build list and unit count.
   [[nodiscard]] Status read_model(const std::string& model, bool root) {
     if (std::ranges::find(read_models_, model) != read_models_.end()) return {};
@@ -331,8 +351,9 @@ class Reader {
     XmlTags tags(text, steps);
     while (tags.next()) {
       if (tags.closing()) continue;
-      if (tags.name() == "model" && root) {
-        read_unit(tags.attribute("unit"));
+      if (tags.name() == "model") {
+        RELIEF_CHECK(check_required(tags, model));
+        if (root) read_unit(tags.attribute("unit"));
       } else if (tags.name() == "texture2d") {
         read_texture(tags);
       } else if (is_group(tags.name())) {

@@ -156,6 +156,26 @@ TEST(ThreeMfColour, LayersAreMixedAndMultiplied) {
   expect_colour(colour_of(multi(R"(pids="2 8 2")", "0 3 9", "7"), 0.7, 0.2), {255, 0, 0});
 }
 
+TEST(ThreeMfExtensions, OnesThatAreRequiredAreReadOrRefusedByName) {
+  const TempFolder folder;
+  const auto with = [&](const std::string& attributes) {
+    std::string model = square_model("", "", "", "");
+    return stored_zip({{"3D/3dmodel.model", model.insert(model.find("unit="), attributes + " ")}});
+  };
+  const std::string base = "http://schemas.microsoft.com/3dmanufacturing/";
+  const std::string known = "xmlns:m=\"" + base + "material/2015/02\" xmlns:p=\"" + base + "production/2015/06\"";
+  const std::string lattice = " xmlns:b=\"" + base + "beamlattice/2017/02\"";
+  EXPECT_EQ(import_of(folder, "a.3mf", with(known + lattice + " requiredextensions=\"m  p\"")).triangles.size(), 2U);
+  for (const auto& [attributes, name] :
+       {std::pair{known + lattice + " requiredextensions=\"p b\"", "beamlattice/2017/02"},
+        std::pair{std::string("requiredextensions='x'"), "extension x,"}}) {
+    const auto refused = import_mesh(folder.put("a.3mf", with(attributes)));
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_EQ(refused.error().code, Errc::UnsupportedFormat);
+    EXPECT_NE(refused.error().message.find(name), std::string::npos) << refused.error().message;
+  }
+}
+
 TEST(ThreeMfScene, ComponentsStandWhereTheirTransformsSayWithTheirColours) {
   const TempFolder folder;
   std::string model = square_model(
