@@ -5,6 +5,7 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/proof.h>
 #include <relief/core/clay.h>
 #include <relief/core/detail.h>
 #include <relief/core/plain_cage.h>
@@ -46,95 +47,7 @@ std::size_t distinct_samples(const SlabMesh& mesh) {
   return count;
 }
 
-using Corners = std::array<std::uint32_t, 3>;
-verify::Shell view(const PlainCage& cage) { return {cage.inner, cage.outer, cage.triangles}; }
-
-/// A source as the verifier reads it. Vertices at the same place are one, for formats that repeat them.
-struct PlainSource {
-  std::vector<Vec3d> positions;
-  std::vector<Corners> triangles;
-  std::optional<std::size_t> phantom_from;
-
-  explicit PlainSource(TriangleMesh&& mesh)
-      : positions(std::move(mesh.positions)), triangles(std::move(mesh.triangles)), phantom_from(mesh.phantom_from) {
-    mesh = {};  // colours and images
-    const auto place = [&](std::uint32_t v) { return std::tie(positions[v].x, positions[v].y, positions[v].z); };
-    std::vector<std::uint32_t> order, number(positions.size());
-    order.reserve(positions.size());
-    for (std::uint32_t v = 0; v < positions.size(); ++v)
-      if (is_finite(positions[v])) order.push_back(v);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::tuple_cat(place(a), std::tie(a)) < std::tuple_cat(place(b), std::tie(b));
-    });
-    std::iota(number.begin(), number.end(), 0U);
-    for (std::size_t k = 1; k < order.size(); ++k)
-      if (positions[order[k]] == positions[order[k - 1]]) number[order[k]] = number[order[k - 1]];
-    for (Corners& t : triangles)
-      for (std::uint32_t& v : t)
-        if (v < number.size()) v = number[v];
-  }
-  [[nodiscard]] verify::Source view() const {
-    return {
-        {positions.empty() ? nullptr : &positions.front().x, positions.size(), sizeof(Vec3d)}, triangles, phantom_from};
-  }
-};
-
-/// What the verifier proves of a model; a certified or tolerant one is held against its mended source.
-verify::Certificate certificate_of(const Model& model, TriangleMesh mended, const Progress& progress) {
-  const PlainCage shell(model.head->slab_mesh());
-  if (model.info.mode == Mode::Preview) return verify::check(view(shell), progress);
-  const PlainSource source(std::move(mended));
-  return verify::check(view(shell), source.view(), progress);
-}
-
-/// What the verifier finds in the tiles that lie on each slab's own grid; nothing where C0 fails, or when cancelled.
-struct TileFaults {
-  std::string first;                 ///< a sentence; empty where all hold
-  std::vector<std::uint32_t> slabs;  ///< of the same layer, all that fail
-};
-TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& certificate, const Progress& progress) {
-  if (!certificate.holds[0] || progress.cancelled()) return {};
-  const PlainCage roots(head.slab_mesh()), pieces = PlainCage::of_pieces(head.slab_mesh());
-  for (const auto& [layer, between] :
-       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
-        std::pair{Layer::Folded, verify::Between::Nearer}}) {
-    if (!head.has(layer)) continue;
-    std::vector<verify::SampleTile> tiles;
-    tiles.reserve(head.slab_mesh().slab_count());
-    for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
-      const Tile& tile = head.tile(layer, s);
-      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
-      tile.rest();
-    }
-    const auto was_read = [&](SlabId s) { head.tile(layer, s).rest(); };
-    const verify::TileCheck found = head.slab_mesh().is_cut()
-                                        ? verify::check_tiles(view(roots), view(pieces), tiles, between, was_read)
-                                        : verify::check_tiles(view(pieces), tiles, between, was_read);
-    if (found.failure_count > 0)
-      return {fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what), found.slabs};
-  }
-  return {};
-}
-
 bool claims(Mode mode, verify::Condition condition) { return relief::claims(mode).contains(verify::name(condition)); }
-/// How many conditions are claimed of a shell: those with the source only where it is as it was made.
-std::size_t claimed(const verify::Certificate& c, bool as_made = true) {
-  return as_made ? c.asked() : verify::kShellConditionCount;
-}
-bool claim_holds(Mode mode, const verify::Certificate& c, bool as_made = true) {
-  for (std::size_t k = 0; k < claimed(c, as_made); ++k)
-    if (claims(mode, static_cast<verify::Condition>(k)) && !c.holds[k]) return false;
-  return true;
-}
-/// The first sentence about something that the mode claims.
-std::string first_reason(Mode mode, const verify::Certificate& c, bool as_made = true) {
-  for (const verify::Failure& f : c.failures)
-    if (claims(mode, f.condition) && static_cast<std::size_t>(f.condition) < claimed(c, as_made)) return f.what;
-  for (std::size_t k = 0; k < claimed(c, as_made); ++k)
-    if (const auto condition = static_cast<verify::Condition>(k); claims(mode, condition) && !c.holds[k])
-      return std::string(verify::name(condition)) + " could not be tested";
-  return "no reason given";
-}
 
 /// How a condition fared; where it failed, `at_least` so often, and on request in which slabs.
 ordered_json to_json(const verify::Certificate& certificate, bool name_slabs = false) {
@@ -336,7 +249,6 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   MendedFile mended;
   Conversion made;
   verify::Certificate certificate;
-  TileFaults tiles;
   std::vector<std::string> notes;  // of the import
   std::vector<ConvertReport::Phase> phases;
   Stopwatch watch;
@@ -370,42 +282,15 @@ Status run_convert(ConvertOptions& o, const Context& context) {
       RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit, context.progress));
       phase_done("mended");
     }
-    certificate = certificate_of(made.model, std::move(made.mended), context.progress);
-    tiles = faults_of_tiles(*made.model.head, certificate, context.progress);
+    auto proof = prove(made, o.settings.mode, o.settings.remesh.has_value(), context.progress);
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
+    if (!proof) return fail(proof.error().code, printable(o.in) + ": " + proof.error().message);
+    certificate = std::move(*proof);
     phase_done("verify");
     return {};
   };
   RELIEF_CHECK(convert_and_verify());
-  if (made.model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode != "certified") {
-    // The builder was wrong about its own work: what it made claims less, and says why.
-    const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
-    if (claim_holds(Mode::Tolerant, certificate) &&
-        certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
-      made.model.info.mode = Mode::Tolerant;
-      made.report.parts.certified = 0;
-    }
-    made.report.refused = true;
-    made.report.not_certified = why;
-  }
-  // What might have been given up was not.
-  if (made.model.info.mode == Mode::Tolerant && claim_holds(Mode::Certified, certificate) &&
-      made.report.hits_none == made.report.hits_missing && made.report.hits_several == 0 &&
-      is_of_the_source(made.report)) {
-    made.model.info.mode = Mode::Certified;
-    made.report.parts.certified = made.report.parts.count;
-    made.report.not_certified.clear();
-  }
   made.model.info.source = std::filesystem::path(o.in).filename().string();
-  const Mode mode = made.model.info.mode;
-  if (!claim_holds(mode, certificate))
-    return fail(Errc::Unfoldable, fmt::format("{}: the verifier refused the slabs: {}; {}.", printable(o.in),
-                                              first_reason(mode, certificate),
-                                              remedy(o.settings.mode.value_or(mode), o.settings.remesh.has_value())));
-  if (!tiles.first.empty())
-    return fail(Errc::Unfoldable, fmt::format("{}: the verifier refused the samples: {}; this is a fault of Relief's, "
-                                              "which other --samples may avoid.",
-                                              printable(o.in), tiles.first));
   nothing_written.reset();
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model, context.progress));
   RELIEF_CHECK(mended.keep());

@@ -3,6 +3,7 @@
 #include "text.h"
 
 #include <relief/base/try.h>
+#include <relief/convert/proof.h>
 #include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
 
@@ -30,7 +31,8 @@ constexpr std::array kBands = {
     Band{"sample", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: samples"), 0.78, 0.88},
     Band{"measure", QT_TRANSLATE_NOOP("OpenJob", "Measuring the distance to the scan"), 0.88, 0.94},
     Band{"colour", QT_TRANSLATE_NOOP("OpenJob", "Taking over the colours"), 0.9, 0.94},
-    Band{"save", QT_TRANSLATE_NOOP("OpenJob", "Saving"), 0.94, 1},
+    Band{"prove", QT_TRANSLATE_NOOP("OpenJob", "Checking the slabs"), 0.94, 0.96},
+    Band{"save", QT_TRANSLATE_NOOP("OpenJob", "Saving"), 0.96, 1},
 };
 
 struct Words {
@@ -114,6 +116,8 @@ Result<std::shared_ptr<Opened>> OpenJob::make(TriangleMesh mesh, const QString& 
   settings.unit = shown->unit.value_or(unit);
   if (anew) settings.remesh = 0.0;
   RELIEF_TRY(Conversion conversion, convert(*shown, settings, progress));
+  report("prove", 0);
+  RELIEF_CHECK(prove(conversion, settings.mode, anew, progress));
   report("save", 0);
   auto made = std::make_shared<Opened>();
   made->file = path(to);
