@@ -830,7 +830,7 @@ TEST(ConvertScan, BunnyAt150Slabs) {
   EXPECT_GE(single_share(result->report), 0.97);
 }
 
-/// What the table of conversions must show (docs/evidence/performance.md): slabs, and the greatest rms there and back,
+/// What the table of conversions must show (docs/evidence/conversion.md): slabs, and the greatest rms there and back,
 /// shares of the diagonal.
 struct Must {
   const char* file;
