@@ -374,8 +374,80 @@
         <translation>Animationen wurden übergangen; die Form steht in der Haltung ihrer Knoten</translation>
     </message>
     <message>
-        <source>images of its materials other than colour (normals, roughness) were passed over</source>
-        <translation>Bilder der Materialien außer der Farbe (Normalen, Rauheit) wurden übergangen</translation>
+        <source>images of its materials other than colour were passed over</source>
+        <translation>Bilder der Materialien außer der Farbe wurden übergangen</translation>
+    </message>
+    <message>
+        <source>it has places in an image (texture coordinates) and names no image; its surface is plain</source>
+        <translation>Die Datei hat Plätze in einem Bild (Texturkoordinaten) und nennt kein Bild; die Oberfläche ist einfarbig</translation>
+    </message>
+    <message>
+        <source>its images were passed over, as no face or vertex has a place in one (texture coordinates)</source>
+        <translation>Die Bilder wurden übergangen, da keine Fläche oder Ecke einen Platz in einem hat (Texturkoordinaten)</translation>
+    </message>
+    <message>
+        <source>values of its vertices that have no use here were passed over</source>
+        <translation>Werte der Ecken, die hier keinen Nutzen haben, wurden übergangen</translation>
+    </message>
+    <message>
+        <source>values of its faces that have no use here were passed over</source>
+        <translation>Werte der Flächen, die hier keinen Nutzen haben, wurden übergangen</translation>
+    </message>
+    <message>
+        <source>parts of it that have no use here were passed over</source>
+        <translation>Teile der Datei, die hier keinen Nutzen haben, wurden übergangen</translation>
+    </message>
+    <message>
+        <source>its lines hold more values than its header declares; these were passed over</source>
+        <translation>Zeilen enthalten mehr Werte, als der Kopf der Datei nennt; diese wurden übergangen</translation>
+    </message>
+    <message>
+        <source>it holds %1 byte more than it declares, which was passed over</source>
+        <translation>Die Datei enthält %1 Byte mehr, als sie nennt; es wurde übergangen</translation>
+    </message>
+    <message>
+        <source>it holds %1 bytes more than it declares, which were passed over</source>
+        <translation>Die Datei enthält %1 Bytes mehr, als sie nennt; diese wurden übergangen</translation>
+    </message>
+    <message>
+        <source>points or lines were passed over; only faces are read</source>
+        <translation>Punkte oder Linien wurden übergangen; gelesen werden nur Flächen</translation>
+    </message>
+    <message>
+        <source>curves or curved surfaces were passed over; only polygons are read</source>
+        <translation>Kurven oder gekrümmte Flächen wurden übergangen; gelesen werden nur Vielecke</translation>
+    </message>
+    <message>
+        <source>values of its facets that are no colours were passed over</source>
+        <translation>Werte der Facetten, die keine Farben sind, wurden übergangen</translation>
+    </message>
+    <message>
+        <source>colours between its facets (color) are not part of STL and were passed over</source>
+        <translation>Farben zwischen den Facetten (color) gehören nicht zu STL und wurden übergangen</translation>
+    </message>
+    <message>
+        <source>cameras or lights were passed over</source>
+        <translation>Kameras oder Lichter wurden übergangen</translation>
+    </message>
+    <message>
+        <source>%1 mesh outside its scene was left out</source>
+        <translation>%1 Netz außerhalb der Szene wurde weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 meshes outside its scene were left out</source>
+        <translation>%1 Netze außerhalb der Szene wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 object that is not in its build list was left out</source>
+        <translation>%1 Objekt, das nicht in der Bauliste steht, wurde weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 objects that are not in its build list were left out</source>
+        <translation>%1 Objekte, die nicht in der Bauliste stehen, wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>layers over an image could not be mixed with it; only one of them shows</source>
+        <translation>Schichten über einem Bild ließen sich nicht mit ihm mischen; nur eine davon ist zu sehen</translation>
     </message>
     <message>
         <source>its faces have colours, too; those of its vertices are used</source>

@@ -196,6 +196,24 @@ void ImageStore::note(std::string text) {
   if (notes_.size() < kMost && std::ranges::find(notes_, text) == notes_.end()) notes_.push_back(std::move(text));
 }
 
+void ImageStore::note_names(std::string what, const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNamed = 5;
+  if (names.empty()) return;
+  what += ": ";
+  for (std::size_t k = 0; k < std::min(names.size(), kMostNamed); ++k)
+    what += (k == 0 ? "" : ", ") + printable(names[k], 40);
+  if (names.size() > kMostNamed) what += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  note(std::move(what));
+}
+
+void ImageStore::note_rest(std::string_view rest) {
+  constexpr std::string_view kNothing("\0 \t\v\f\r\n", 7);
+  const std::size_t last = rest.find_last_not_of(kNothing);
+  if (last == std::string_view::npos) return;
+  note("it holds " + std::to_string(last + 1) + (last == 0 ? " byte" : " bytes") + " more than it declares, which " +
+       (last == 0 ? "was" : "were") + " passed over");
+}
+
 std::shared_ptr<const Image> ImageStore::file(std::string_view named) {
   if (const auto known = images_.find(named); known != images_.end()) return known->second;
   std::string text(named);

@@ -23,6 +23,12 @@ inline constexpr std::uint64_t kMostPixelsOfOne = std::uint64_t{1} << 24U;
 /// below it.
 [[nodiscard]] std::optional<std::filesystem::path> beside(const Source& source, std::string_view relative);
 
+/// Notes of several formats. Names of what they mean follow the first one.
+inline constexpr std::string_view kOtherImages = "images of its materials other than colour were passed over";
+inline constexpr std::string_view kOnlyFaces = "points or lines were passed over; only faces are read";
+inline constexpr std::string_view kVertexValues = "values of its vertices that have no use here were passed over";
+inline constexpr std::string_view kFaceValues = "values of its faces that have no use here were passed over";
+
 /// The images of one mesh file. What is not available becomes a note, once, and a null image: a mesh without its
 /// picture is still a mesh.
 class ImageStore {
@@ -35,6 +41,10 @@ class ImageStore {
   /// Returns an image inside the mesh file; `key` tells it from others.
   [[nodiscard]] std::shared_ptr<const Image> inside(std::string_view key, std::string_view bytes);
   void note(std::string text);
+  /// "WHAT: a, b, c and 2 more"; nothing when there are no names.
+  void note_names(std::string what, const std::vector<std::string>& names);
+  /// Says that bytes stand behind all that a file declares, unless these are blanks or zeros.
+  void note_rest(std::string_view rest);
   [[nodiscard]] std::vector<std::string> take_notes() noexcept { return std::move(notes_); }
 
  private:

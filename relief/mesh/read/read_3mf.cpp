@@ -10,6 +10,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <set>
 
 namespace relief::detail {
 namespace {
@@ -258,10 +259,17 @@ Look blended(const Look& lower, const Look& upper, bool multiply) noexcept {
   return {mixed.colour()};
 }
 
+/// Returns whether two layers would need an image of their own, which blended() does not make.
+bool need_new_image(const Look& lower, const Look& upper, bool multiply) noexcept {
+  if (lower.texture == 0) return false;
+  if (multiply) return upper.texture != 0;
+  return upper.texture == 0 && upper.colour.a > 0 && upper.colour.a < 255;
+}
+
 struct Object {
   TriangleMesh mesh;
   std::vector<Reference> components;
-  bool support = false;
+  bool support = false, placed = false;
 };
 
 class Reader {
@@ -288,11 +296,23 @@ class Reader {
     if (!scene.mesh.material_of.empty()) scene.mesh.materials = std::move(materials_);
     if (left_out_ > 0)
       images_.note(std::to_string(left_out_) + " objects that the file marks as support or other were left out");
+    else
+      note_unbuilt();
+    images_.note_names(std::string(kOtherImages), {other_images_.begin(), other_images_.end()});
     scene.mesh.notes = images_.take_notes();
     return std::move(scene.mesh);
   }
 
  private:
+  void note_unbuilt() {
+    const auto unbuilt = std::ranges::count_if(objects_, [](const auto& entry) {
+      return !entry.second.placed && !entry.second.support && !entry.second.mesh.triangles.empty();
+    });
+    if (unbuilt > 0)
+      images_.note(std::to_string(unbuilt) + (unbuilt == 1 ? " object that is" : " objects that are") +
+                   " not in its build list " + (unbuilt == 1 ? "was" : "were") + " left out");
+  }
+
   Result<std::string> root_model() {
     std::string name = "3D/3dmodel.model";
     if (const ZipMember* relations = archive_.find("_rels/.rels")) {
@@ -358,6 +378,10 @@ class Reader {
         read_texture(tags);
       } else if (is_group(tags.name())) {
         RELIEF_CHECK(read_group(tags));
+      } else if (tags.name().starts_with("pb")) {
+        for (const std::string_view image :
+             {"metallictextureid", "roughnesstextureid", "speculartextureid", "glossinesstextureid"})
+          if (!tags.attribute(image).empty()) other_images_.emplace(image);
       } else if (tags.name() == "object") {
         RELIEF_CHECK(read_object(tags, model));
       } else if (tags.name() == "item" && root) {
@@ -455,16 +479,19 @@ class Reader {
   }
 
   /// Returns one look of each layer, laid over one another; a layer that is not there is passed over.
-  static Look multi(std::span<const std::vector<Look>* const> layers, std::string_view methods,
-                    std::string_view indices) {
+  Look multi(std::span<const std::vector<Look>* const> layers, std::string_view methods, std::string_view indices) {
     Look sum;
     std::size_t layer = 0;
     TextCursor words(methods);
     for_each_index(indices, [&](std::size_t index) {
       const bool multiply = layer > 0 && !words.at_line_end() && words.word() == "multiply";
       const std::vector<Look>* const group = layer < layers.size() ? layers[layer] : nullptr;
-      if (group != nullptr && index < group->size())
-        sum = layer == 0 ? (*group)[index] : blended(sum, (*group)[index], multiply);
+      if (group != nullptr && index < group->size()) {
+        const Look& upper = (*group)[index];
+        if (layer > 0 && need_new_image(sum, upper, multiply))
+          images_.note("layers over an image could not be mixed with it; only one of them shows");
+        sum = layer == 0 ? upper : blended(sum, upper, multiply);
+      }
       ++layer;
     });
     return sum;
@@ -601,7 +628,8 @@ class Reader {
       return source_.corrupt("object " + std::to_string(reference.id) + " of part '" + printable(reference.model, 80) +
                              "' is missing");
     }
-    const Object& object = found->second;
+    Object& object = found->second;
+    object.placed = true;
     if (object.support) {
       ++left_out_;
       return {};
@@ -630,6 +658,7 @@ class Reader {
   std::size_t unpacked_ = 0;
   std::size_t placed_ = 0;
   std::size_t left_out_ = 0;
+  std::set<std::string> other_images_;  ///< attributes of materials
 };
 
 }  // namespace

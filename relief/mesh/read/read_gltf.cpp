@@ -6,6 +6,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 
 namespace relief::detail {
 namespace {
@@ -124,7 +125,10 @@ class Reader {
 
   [[nodiscard]] Status add_primitive(const Json& json, Part& part) {
     RELIEF_TRY(std::unique_ptr<GltfPrimitive> primitive, GltfPrimitive::open(source_, *buffers_, json));
-    if (!primitive->has_surface()) return {};
+    if (!primitive->has_surface()) {
+      images_->note(std::string(kOnlyFaces));
+      return {};
+    }
     RELIEF_TRY(const std::optional<Accessor> positions, primitive->attribute("POSITION"));
     if (!positions) return {};
     if (positions->components != 3) return source_.corrupt("POSITION is no VEC3");
@@ -231,8 +235,7 @@ class Reader {
         texture_key = "diffuseTexture";
       }
     }
-    finer_images_ = finer_images_ || member(*json, "normalTexture") != nullptr ||
-                    (base != nullptr && member(*base, "metallicRoughnessTexture") != nullptr);
+    find_other_images(*json);
     DressedMaterial dressed;
     Material made;
     if (base != nullptr) {
@@ -246,6 +249,18 @@ class Reader {
       materials_.push_back(std::move(made));
     }
     return dressed_.emplace(*index, dressed).first->second;
+  }
+
+  /// Gathers which images a material has besides those of colour.
+  void find_other_images(const Json& material) {
+    const auto look_in = [&](const Json& part) {
+      for (const auto& [key, value] : part.items())
+        if (key.ends_with("Texture") && key != "baseColorTexture" && key != "diffuseTexture") other_images_.insert(key);
+    };
+    look_in(material);
+    if (const Json* base = member(material, "pbrMetallicRoughness"); base != nullptr) look_in(*base);
+    if (const Json* extensions = member(material, "extensions"); extensions != nullptr)
+      for (const Json& extension : *extensions) look_in(extension);
   }
 
   void lay_image(const Json& info, Material& made, DressedMaterial& dressed) {
@@ -425,7 +440,14 @@ class Reader {
       return json != nullptr && json->is_array() && !json->empty();
     };
     if (has("animations")) images_->note("its animations were passed over; it stands in the pose of its nodes");
-    if (finer_images_) images_->note("images of its materials other than colour (normals, roughness) were passed over");
+    images_->note_names(std::string(kOtherImages), {other_images_.begin(), other_images_.end()});
+    const Json* extensions = member(root_, "extensions");
+    if (has("cameras") || (extensions != nullptr && member(*extensions, "KHR_lights_punctual") != nullptr))
+      images_->note("cameras or lights were passed over");
+    const std::size_t hidden = has("meshes") ? member(root_, "meshes")->size() - parts_.size() : 0;
+    if (hidden > 0)
+      images_->note(std::to_string(hidden) + (hidden == 1 ? " mesh" : " meshes") + " outside its scene " +
+                    (hidden == 1 ? "was" : "were") + " left out");
   }
 
   [[nodiscard]] std::unexpected<Error> too_large() const {
@@ -443,7 +465,7 @@ class Reader {
   std::vector<Material> materials_;
   std::map<std::uint64_t, DressedMaterial> dressed_;  ///< by number in the file
   std::size_t read_ = 0;                              ///< vertices and triangles in parts_, and what bent them
-  bool finer_images_ = false;
+  std::set<std::string> other_images_;                ///< keys in the materials
 };
 
 }  // namespace

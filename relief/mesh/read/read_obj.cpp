@@ -33,6 +33,7 @@ Result<TriangleMesh> read_obj(const Source& source) {
   std::vector<std::array<float, 2>> coordinates;
   ObjMaterials materials(source);
   std::uint32_t material = 0;
+  bool has_curves = false;
   TextCursor text(source.bytes, true);
   Steps steps = source.steps(source.bytes.size());
 
@@ -98,6 +99,10 @@ Result<TriangleMesh> read_obj(const Source& source) {
         corners.push_back(static_cast<std::uint32_t>(corner > 0 ? corner - 1 : have + corner));
       }
       sink.add(corners, line, {material, uvs});
+    } else if (key == "l" || key == "p") {
+      sink.leave_out_line();
+    } else if (key == "curv" || key == "curv2" || key == "surf") {
+      has_curves = true;
     }
   }
   RELIEF_CHECK(sink.finish(source, "line", 1));
@@ -105,6 +110,7 @@ Result<TriangleMesh> read_obj(const Source& source) {
     colours.resize(mesh.positions.size());
     mesh.colours = to_bytes(colours);
   }
+  if (has_curves) materials.note("curves or curved surfaces were passed over; only polygons are read");
   materials.dress(mesh, sink, coordinates);
   return mesh;
 }

@@ -91,13 +91,16 @@ class OffColours {
   /// Returns whether what a plain file has behind its vertices can be colours: nothing below 0 or above 255, and not
   /// the directions of normals.
   [[nodiscard]] bool plausible() const noexcept {
-    const auto unit = [](const Raw& c) {
-      return c[3] < 0.0F && std::abs(std::hypot(double{c[0]}, double{c[1]}, double{c[2]}) - 1.0) < 1e-3;
-    };
     const bool in_range = std::ranges::all_of(given_, [](const Raw& c) {
       return std::ranges::all_of(c.begin(), c.begin() + 3, [](float x) { return x >= 0.0F && x <= 255.0F; });
     });
-    return in_range && (wide_ || !std::ranges::all_of(given_, unit));
+    return in_range && !are_normals();
+  }
+  /// Returns whether all have the length of one.
+  [[nodiscard]] bool are_normals() const noexcept {
+    return std::ranges::all_of(given_, [](const Raw& c) {
+      return c[3] < 0.0F && std::abs(std::hypot(double{c[0]}, double{c[1]}, double{c[2]}) - 1.0) < 1e-3;
+    });
   }
 
  private:
@@ -120,6 +123,7 @@ class OffMesh {
     if (header_.texture) rest = rest.first(rest.size() - std::min<std::size_t>(rest.size(), 2));
     const bool can_be = header_.colours || (header_.plain() && (rest.size() == 3 || rest.size() == 4));
     if (can_be && rest.size() >= 3) vertices_.add(vertex, rest);
+    vertex_values_left = vertex_values_left || rest.size() > 4 || (!rest.empty() && (!can_be || rest.size() < 3));
   }
   /// `rest` is what stands behind the corners. `place` is the line or face number for messages.
   void add_face(std::span<const std::uint32_t> corners, std::size_t place, std::span<const double> rest) {
@@ -129,21 +133,32 @@ class OffMesh {
       paint.material = static_cast<std::uint32_t>(++coloured_faces_);
     } else if (rest.size() == 1) {
       mapped_ = true;
+    } else if (!rest.empty()) {
+      face_values_left = true;
     }
     sink_.add(corners, place, paint);
   }
-  Result<TriangleMesh> finish(const Source& source, std::string_view unit) {
+  /// `rest` is what stands behind the last face.
+  Result<TriangleMesh> finish(const Source& source, std::string_view unit, std::string_view rest) {
     RELIEF_CHECK(sink_.finish(source, unit));
     if (!vertices_.empty() && (header_.colours || vertices_.plausible())) {
       for (std::size_t k = 0; k < mesh_.positions.size(); ++k) mesh_.colours.push_back(vertices_.colour(k));
+    } else if (!vertices_.are_normals()) {
+      vertex_values_left = true;
     }
     paint_faces();
     if (mapped_ && !mesh_.has_colour())
       images_.note("its faces have numbers of a colour map, which is in another file; its surface is plain");
     if (header_.texture && !mesh_.has_colour()) images_.note(std::string(kPlacesWithoutImage));
+    if (vertex_values_left) images_.note(std::string(kVertexValues));
+    if (face_values_left) images_.note(std::string(kFaceValues));
+    if (sink_.has_lines()) images_.note(std::string(kOnlyFaces));
+    images_.note_rest(rest);
     mesh_.notes = images_.take_notes();
     return std::move(mesh_);
   }
+
+  bool vertex_values_left = false, face_values_left = false;  ///< some that have no use
 
  private:
   /// From the numbers of coloured faces to materials.
@@ -218,7 +233,7 @@ std::optional<Result<TriangleMesh>> read_binary(const Source& source, std::strin
     }
     mesh.add_face(corners, static_cast<std::size_t>(face), std::span(values).first(behind));
   }
-  return mesh.finish(source, "face");
+  return mesh.finish(source, "face", {at, left()});
 }
 
 Result<TriangleMesh> read_any_binary(const Source& source, std::string_view body, const OffHeader& header) {
@@ -248,7 +263,8 @@ class TextReader {
       if (!steps.next()) return source_.cancelled();
       RELIEF_CHECK(read_face(k, mesh));
     }
-    return mesh.finish(source_, "line");
+    (void)text_.skip_to_value();
+    return mesh.finish(source_, "line", {text_.position(), text_.left()});
   }
 
  private:
@@ -292,7 +308,7 @@ class TextReader {
     double ignored = 0.0;
     for (int n = 0; header_.normals && n < 3; ++n)
       if (!text_.number(ignored)) return bad("a normal needs three numbers, but there is " + text_.peek());
-    mesh.add_vertex(place_of(place, header_), rest_of_line());
+    mesh.add_vertex(place_of(place, header_), rest_of_line(mesh.vertex_values_left));
     return {};
   }
 
@@ -312,17 +328,18 @@ class TextReader {
       }
       corners_.push_back(static_cast<std::uint32_t>(corner));
     }
-    mesh.add_face(corners_, line, rest_of_line());
+    mesh.add_face(corners_, line, rest_of_line(mesh.face_values_left));
     return {};
   }
 
-  /// Returns the numbers up to the end of the line, and to the next; none when there are more than a colour with places
-  /// in an image has.
-  [[nodiscard]] std::span<const double> rest_of_line() {
+  /// Returns the numbers up to the end of the line, and goes to the next; none when there are more than a colour with
+  /// places in an image has. `left` becomes true when some are not returned.
+  [[nodiscard]] std::span<const double> rest_of_line(bool& left) {
     std::size_t count = 0;
     double value = 0.0;
     while (!text_.at_line_end() && text_.number(value))
       if (count++ < rest_.size()) rest_[count - 1] = value;
+    left = left || count > rest_.size() || !text_.at_line_end();
     text_.next_line();
     return std::span(rest_).first(count > rest_.size() ? 0 : count);
   }

@@ -203,6 +203,8 @@ class BinaryRows {
   [[nodiscard]] std::size_t place(std::uint64_t row) const noexcept { return static_cast<std::size_t>(row); }
   [[nodiscard]] bool begin_row() const noexcept { return true; }
   void end_row() const noexcept {}
+  [[nodiscard]] bool more_than_declared() const noexcept { return false; }
+  [[nodiscard]] std::string_view rest() const noexcept { return {at_, left()}; }
   [[nodiscard]] bool number(Type type, double& value) noexcept {
     if (left() < size_of(type)) return false;
     value = load_number(at_, type, swap_);
@@ -248,7 +250,16 @@ class TextRows {
   [[nodiscard]] std::size_t left() const noexcept { return cursor_.left(); }
   [[nodiscard]] std::size_t place(std::uint64_t) const noexcept { return cursor_.line(); }
   [[nodiscard]] bool begin_row() noexcept { return cursor_.skip_to_value(); }
-  void end_row() noexcept { cursor_.next_line(); }
+  void end_row() noexcept {
+    more_ = more_ || !cursor_.at_line_end();
+    cursor_.next_line();
+  }
+  /// Returns whether a line had more values than the header declares.
+  [[nodiscard]] bool more_than_declared() const noexcept { return more_; }
+  [[nodiscard]] std::string_view rest() noexcept {
+    (void)cursor_.skip_to_value();
+    return {cursor_.position(), cursor_.left()};
+  }
   [[nodiscard]] bool number(Type, double& value) noexcept { return cursor_.number(value); }
   [[nodiscard]] bool integer(Type, std::int64_t& value) noexcept { return cursor_.integer(value, true); }
   [[nodiscard]] bool skip(Type, std::uint64_t count) noexcept {
@@ -260,6 +271,7 @@ class TextRows {
 
  private:
   TextCursor cursor_;
+  bool more_ = false;
 };
 
 /// Where a single value of a vertex or a face goes. S and T are a place in an image, Texture the number of the image.
@@ -336,22 +348,27 @@ class Reader {
   }
 
   Result<TriangleMesh> read() {
-    bool surface = false;
+    bool surface = false, is_read = false;  // all that is of use
+    std::vector<std::string> others;
     for (const Element& element : header_.elements) {
       if (element.properties.empty()) continue;
+      if (is_read) {
+        if (element.count > 0) others.push_back(element.name);
+        continue;
+      }
       RELIEF_CHECK(check_size(element));
       const bool strips = element.name == "tristrips";
       if (element.name == "vertex") {
         RELIEF_CHECK(read_vertices(element));
-        note_unused(element, "vertices");
+        note_unused(element, kVertexValues);
       } else if (element.name == "face" || strips) {
         RELIEF_CHECK(read_faces(element, strips));
-        note_unused(element, "faces");
+        note_unused(element, kFaceValues);
         surface = true;
-      } else if (is_last_use(element)) {
-        break;
-      } else {
-        RELIEF_CHECK(skip(element));
+      } else if (element.count > 0) {
+        others.push_back(element.name);
+        is_read = is_last_use(element);
+        if (!is_read) RELIEF_CHECK(skip(element));
       }
     }
     if (!surface && std::ranges::any_of(header_.elements, [](const Element& e) { return e.name == "range_grid"; })) {
@@ -361,6 +378,13 @@ class Reader {
     RELIEF_CHECK(sink_.finish(source_, Rows::kUnit));
     settle_paint(mesh_, sink_, std::move(materials_), coordinates_, {}, images_);
     if (header_.textures.empty() && has_places_ && !mesh_.has_colour()) images_.note(std::string(kPlacesWithoutImage));
+    if (!has_places_ && std::ranges::any_of(textures_, [](std::uint32_t material) { return material != 0; }))
+      images_.note("its images were passed over, as no face or vertex has a place in one (texture coordinates)");
+    images_.note_names("parts of it that have no use here were passed over", others);
+    if (sink_.has_lines()) images_.note(std::string(kOnlyFaces));
+    if (rows_.more_than_declared())
+      images_.note("its lines hold more values than its header declares; these were passed over");
+    if (!is_read) images_.note_rest(rows_.rest());
     mesh_.notes = images_.take_notes();
     if (header_.phantoms && *header_.phantoms <= mesh_.triangles.size())
       mesh_.phantom_from = mesh_.triangles.size() - *header_.phantoms;
@@ -378,21 +402,16 @@ class Reader {
                                      "' has a value that is missing or no number");
   }
   /// Says which properties were passed over. Normals are not among them: these follow from the faces.
-  void note_unused(const Element& element, const std::string& whose) {
+  void note_unused(const Element& element, std::string_view what) {
     constexpr std::array<std::string_view, 8> kKnown = {"nx",           "ny",       "nz",        "vertex_indices",
                                                         "vertex_index", "texcoord", "texcoords", "flags"};
-    constexpr std::size_t kMostNamed = 5;
-    std::string names;
-    std::size_t count = 0;
+    std::vector<std::string> names;
     for (const Property& property : element.properties) {
       const bool is_used = !property.count_type && use_of(property.name) != Use::None;
       if (is_used || std::ranges::find(kKnown, property.name) != kKnown.end()) continue;
-      if (++count > kMostNamed) continue;
-      names += (names.empty() ? "" : ", ") + printable(property.name, 40);
+      names.push_back(property.name);
     }
-    if (element.count == 0 || count == 0) return;
-    if (count > kMostNamed) names += " and " + std::to_string(count - kMostNamed) + " more";
-    images_.note("values of its " + whose + " that have no use here were passed over: " + names);
+    if (element.count > 0) images_.note_names(std::string(what), names);
   }
   [[nodiscard]] bool goes_on() { return steps_.reached(source_.bytes.size() - rows_.left()); }
   /// Nothing is allocated by a count that the rest of the file cannot hold.
@@ -436,8 +455,9 @@ class Reader {
     if (!mesh_.positions.empty()) return source_.corrupt("has two elements 'vertex'");
     if (element.count > 0xfffffffeU) return source_.error(Errc::UnsupportedFormat, "has more than 4294967294 vertices");
     const bool coloured = values.coloured();
-    has_places_ = values.has({Use::S, Use::T});
-    vertices_have_places_ = has_places_ && !textures_.empty();
+    const bool placed = values.has({Use::S, Use::T});
+    has_places_ = has_places_ || placed;
+    vertices_have_places_ = placed && !textures_.empty();
     const bool numbered = vertices_have_places_ && values.has({Use::Texture}) && textures_.size() > 1;
     mesh_.positions.reserve(element.count);
     if (coloured) mesh_.colours.reserve(element.count);

@@ -15,11 +15,12 @@ bool equals_word(std::string_view text, std::string_view word) noexcept {
   return true;
 }
 
-enum class Word : std::uint8_t { Other, Solid, Facet, Outer, Vertex, EndLoop, EndFacet, EndSolid };
+enum class Word : std::uint8_t { Other, Colour, Solid, Facet, Outer, Vertex, EndLoop, EndFacet, EndSolid };
 
 /// Takes a word, or two where "end" stands apart. What lines it breaks says nothing: some programs write no line ends.
 Word take_word(TextCursor& text) noexcept {
-  static constexpr std::array<std::pair<std::string_view, Word>, 7> kWords = {{{"vertex", Word::Vertex},
+  static constexpr std::array<std::pair<std::string_view, Word>, 8> kWords = {{{"vertex", Word::Vertex},
+                                                                               {"color", Word::Colour},
                                                                                {"facet", Word::Facet},
                                                                                {"outer", Word::Outer},
                                                                                {"endloop", Word::EndLoop},
@@ -87,7 +88,10 @@ class TextReader {
         case Word::EndLoop:
           RELIEF_CHECK(end_loop(line));
           break;
-        case Word::Other:  // facet normals, colours of some programs
+        case Word::Colour:
+          has_colours_ = true;
+          break;
+        case Word::Other:  // facet normals
           break;
       }
     }
@@ -96,6 +100,8 @@ class TextReader {
     if (in_solid_)
       mesh_.notes.push_back("it ends without endsolid, as a file does that was cut off; its " +
                             std::to_string(mesh_.triangles.size()) + " facets are whole");
+    if (has_colours_)
+      mesh_.notes.emplace_back("colours between its facets (color) are not part of STL and were passed over");
     return std::move(mesh_);
   }
 
@@ -130,7 +136,7 @@ class TextReader {
   TextCursor text_;
   TriangleMesh mesh_;
   std::size_t vertices_ = 0;  ///< of the loop
-  bool in_solid_ = false, in_facet_ = false, in_loop_ = false;
+  bool in_solid_ = false, in_facet_ = false, in_loop_ = false, has_colours_ = false;
 };
 
 constexpr std::size_t kHead = 84;   ///< bytes before the first facet: 80 of any text, the count
@@ -184,6 +190,9 @@ class FacetColours {
   void add(std::uint16_t bits) {
     any_ = any_ || bits != 0;
     const bool flag = (bits & 0x8000U) != 0;
+    flagged_ = flagged_ || flag;
+    if (material_of_.empty()) first_ = bits;
+    differ_ = differ_ || bits != first_;
     const auto channel = [&](unsigned shift) {
       return static_cast<std::uint8_t>((((bits >> shift) & 31U) * 255U + 15U) / 31U);
     };
@@ -199,6 +208,9 @@ class FacetColours {
   void dress(TriangleMesh& mesh) {
     // A header with a colour and no facet that says anything: the whole has that one.
     if (general_ && !any_) std::ranges::fill(material_of_, palette_.number_of(*general_));
+    // The same in all is what fills the place.
+    if (!general_ && differ_ && !flagged_)
+      mesh.notes.emplace_back("values of its facets that are no colours were passed over");
     if (one_grey(material_of_, materials_)) return;
     mesh.materials = std::move(materials_);
     mesh.material_of = std::move(material_of_);
@@ -209,7 +221,8 @@ class FacetColours {
   std::vector<Material> materials_;
   Palette palette_;
   std::vector<std::uint32_t> material_of_;
-  bool any_ = false;
+  std::uint16_t first_ = 0;
+  bool any_ = false, differ_ = false, flagged_ = false;
 };
 
 }  // namespace

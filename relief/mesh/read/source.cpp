@@ -121,7 +121,7 @@ std::string TextCursor::peek() const {
 }
 
 void FaceSink::add(std::span<const std::uint32_t> corners, std::size_t place, const FacePaint& paint) {
-  if (corners.size() < 3) return;
+  if (corners.size() < 3) return leave_out_line();
   std::uint32_t highest = 0;
   for (const std::uint32_t corner : corners) highest = std::max(highest, corner);
   if (highest > highest_) {

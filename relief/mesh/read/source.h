@@ -198,6 +198,9 @@ class FaceSink {
 
   /// `place` is the line or face number for messages.
   void add(std::span<const std::uint32_t> corners, std::size_t place, const FacePaint& paint = {});
+  void leave_out_line() noexcept { has_lines_ = true; }
+  /// Returns whether points or lines were left out.
+  [[nodiscard]] bool has_lines() const noexcept { return has_lines_; }
   /// Corrupt when a corner names no position (`unit` is "line" or "face", `first` what the format calls the first
   /// vertex), UnsupportedFormat when polygons take too much work or when there is not one triangle.
   [[nodiscard]] Status finish(const Source& source, std::string_view unit, std::uint32_t first = 0);
@@ -211,6 +214,7 @@ class FaceSink {
   std::vector<std::uint32_t> polygon_uvs_;  ///< beside polygons_, as far as it goes
   std::uint32_t highest_ = 0;
   std::size_t highest_place_ = 0;
+  bool has_lines_ = false;
   std::vector<std::uint32_t> polygons_;  ///< waiting: place-less runs of count, material, corners...
 };
 

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
 
 namespace relief::testing {
@@ -48,6 +49,13 @@ inline TriangleMesh import_of(const TempFolder& folder, std::string_view name, s
   auto mesh = import_mesh(folder.put(name, bytes));
   EXPECT_TRUE(mesh.has_value()) << mesh.error().message;
   return mesh ? *std::move(mesh) : TriangleMesh{};
+}
+
+/// The notes of a file, with | between them.
+inline std::string notes_of(const TempFolder& folder, std::string_view name, std::string_view bytes) {
+  std::string all;
+  for (const std::string& note : import_of(folder, name, bytes).notes) all += (all.empty() ? "" : "|") + note;
+  return all;
 }
 
 /// How many triangles have this colour in their middle, to half a step of a byte.

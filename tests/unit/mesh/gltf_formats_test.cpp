@@ -269,6 +269,34 @@ TEST(GltfNotes, AnimationsAreNamedAndUnknownExtensionsToo) {
       << refused.error().message;
 }
 
+TEST(GltfNotes, NameWhatAUserWouldMiss) {
+  const TempFolder folder;
+  Glb glb;
+  const Box box(glb);
+  const auto notes = [&](std::string_view primitive_more, std::string_view more_primitives, std::string_view more) {
+    return testing::notes_of(
+        folder, "a.glb",
+        glb.file(R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[)" +
+                 box.primitive("", primitive_more) + std::string(more_primitives) + "]}" + std::string(more)));
+  };
+  EXPECT_EQ(notes("", "", "]"), "");
+  EXPECT_EQ(notes("", "," + box.primitive("", R"(,"mode":1)"), "]"),
+            "points or lines were passed over; only faces are read");
+  EXPECT_EQ(notes("", "", R"(],"cameras":[{}])"), "cameras or lights were passed over");
+  EXPECT_EQ(notes("", "", R"(],"extensions":{"KHR_lights_punctual":{"lights":[{}]}})"),
+            "cameras or lights were passed over");
+  const std::string hidden = R"(,{"primitives":[)" + box.primitive() + "]}";
+  EXPECT_EQ(notes("", "", hidden + "]"), "1 mesh outside its scene was left out");
+  EXPECT_EQ(notes("", "", hidden + hidden + "]"), "2 meshes outside its scene were left out");
+  EXPECT_EQ(notes(R"(,"material":0)", "", R"(],"materials":[{"emissiveFactor":[0,0,0]}])"), "");
+  EXPECT_EQ(notes(R"(,"material":0)", "",
+                  R"(],"materials":[{"normalTexture":{},"occlusionTexture":{},"emissiveTexture":{},)"
+                  R"("pbrMetallicRoughness":{"metallicRoughnessTexture":{}},)"
+                  R"("extensions":{"KHR_materials_clearcoat":{"clearcoatTexture":{}}}},{"unusedTexture":{}}])"),
+            "images of its materials other than colour were passed over: clearcoatTexture, emissiveTexture, "
+            "metallicRoughnessTexture, normalTexture, occlusionTexture");
+}
+
 #if RELIEF_WITH_MESHOPTIMIZER
 
 /// EXT_meshopt_compression for a view of bytes that are packed.

@@ -18,6 +18,7 @@ using testing::colour_of;
 using testing::expect_colour;
 using testing::import_of;
 using testing::le;
+using testing::notes_of;
 using testing::TempFolder;
 using testing::triangles_of_colour;
 
@@ -167,6 +168,38 @@ TEST(OffBinary, FacesHaveColoursOfTheirOwn) {
   expect_square(mesh);
   expect_colour(colour_of(mesh, 0.7, 0.2), kRed);
   expect_colour(colour_of(mesh, 0.2, 0.7), kBlue);
+}
+
+constexpr std::string_view kVertices = "values of its vertices that have no use here were passed over";
+constexpr std::string_view kFaces = "values of its faces that have no use here were passed over";
+
+TEST(OffNotes, NameValuesThatHaveNoUse) {
+  const TempFolder folder;
+  const auto notes = [&](std::string_view head, const std::array<std::string, 4>& behind, std::string_view face = "") {
+    return notes_of(folder, "a.off", square_off(head, behind, face));
+  };
+  for (const std::string_view rest : {"7", "7 8", "0 -0.5 0.8", "1 2 3 4 5", "1 2 3 4 5 6 7", "red"})
+    EXPECT_EQ(notes("OFF\n4 2 0\n", all(rest)), kVertices) << rest;
+  EXPECT_EQ(notes("NOFF\n4 2 0\n", all("0 0 1 255 0 0")), kVertices);
+  EXPECT_EQ(notes("COFF\n4 2 0\n", all("255 0 0 255 9")), kVertices);
+  for (const std::string_view rest : {"7 8", "1 2 3 4 5", "1 2 3 4 5 6 7", "red"})
+    EXPECT_EQ(notes("OFF\n4 2 0\n", {}, rest), kFaces) << rest;
+  // Normals follow from the faces, and comments hold nothing.
+  EXPECT_EQ(notes("OFF\n4 2 0\n", all("0 -0.6 0.8")), "");
+  EXPECT_EQ(notes("NOFF\n4 2 0\n", all("0 0 1")), "");
+  EXPECT_EQ(notes("4nOFF 3\n4 2 0\n", all("1 # seven")), "");
+}
+
+TEST(OffNotes, SurplusIsCountedAndLinesAreNamed) {
+  const TempFolder folder;
+  const std::string text = square_off("OFF\n4 2 0\n", {}), binary = binary_off(true, false, true);
+  EXPECT_EQ(notes_of(folder, "a.off", text + "\n3 0 1 3\n"),
+            "it holds 7 bytes more than it declares, which were passed over");
+  EXPECT_EQ(notes_of(folder, "a.off", binary + "7"), "it holds 1 byte more than it declares, which was passed over");
+  for (const std::string& whole : {text, text + "\n# 3 0 1 3\n", binary, binary + "\n"})
+    EXPECT_EQ(notes_of(folder, "a.off", whole), "") << whole;
+  EXPECT_EQ(notes_of(folder, "a.off", "OFF 3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n2 0 1\n"),
+            "points or lines were passed over; only faces are read");
 }
 
 TEST(OffData, VertexColoursOfAPlainFile) {

@@ -22,6 +22,7 @@ using testing::kGreen;
 using testing::kRed;
 using testing::kYellow;
 using testing::le;
+using testing::notes_of;
 using testing::png_bytes;
 using testing::quarters;
 using testing::TempFolder;
@@ -169,6 +170,62 @@ TEST(PlyNotes, NameWhatIsPassedOver) {
       import_of(folder, "b.ply", square_ply("", many, {values, values, values, values}, "", {"4 0 1 2 3"}));
   ASSERT_EQ(more.notes.size(), 1U);
   EXPECT_TRUE(more.notes[0].ends_with("p0, p1, p2, p3, p4 and 2 more")) << more.notes[0];
+}
+
+TEST(PlyNotes, ImagesWithoutPlacesAreNamed) {
+  const TempFolder folder;
+  folder.put("a.png", png_bytes(quarters()));
+  const std::string head = "comment TextureFile a.png\n";
+  EXPECT_EQ(notes_of(folder, "a.ply", square_ply(head, "", {}, "", {"4 0 1 2 3"})),
+            "its images were passed over, as no face or vertex has a place in one (texture coordinates)");
+  EXPECT_EQ(notes_of(folder, "a.ply", square_ply(head, "", {}, kWedges, {kWedgedSquare})), "");
+}
+
+TEST(PlyNotes, OtherElementsAreNamed) {
+  const TempFolder folder;
+  const auto with = [&](std::string_view before, std::string_view camera, std::string_view behind) {
+    std::string text = square_ply("", "", {}, "", {"4 0 1 2 3"});
+    text.insert(text.find("element vertex"), before);
+    text.insert(text.find("end_header"), behind);
+    text.insert(text.find("0 0 0"), camera);
+    return notes_of(folder, "a.ply", text + "0 1 5\n7\n");
+  };
+  const std::string camera = "element camera 1\nproperty float view\n";
+  const std::string edges = "element edge 1\nproperty int a\nproperty int b\nproperty int c\n";
+  const std::string materials = "element material 1\nproperty int k\n";
+  EXPECT_EQ(with(camera, "0.5\n", edges + materials),
+            "parts of it that have no use here were passed over: camera, edge, material");
+  // One without a row has nothing to miss.
+  std::string none = square_ply("", "", {}, "", {"4 0 1 2 3"});
+  none.insert(none.find("end_header"), "element edge 0\nproperty int a\n");
+  EXPECT_EQ(notes_of(folder, "a.ply", none), "");
+}
+
+TEST(PlyNotes, SurplusIsCounted) {
+  const TempFolder folder;
+  const std::string text = square_ply("", "", {}, "", {"4 0 1 2 3"});
+  const std::string more = "its lines hold more values than its header declares; these were passed over";
+  EXPECT_EQ(notes_of(folder, "a.ply", square_ply("", "", {"", "7", "", ""}, "", {"4 0 1 2 3"})), more);
+  EXPECT_EQ(notes_of(folder, "a.ply", square_ply("", "", {}, "", {"4 0 1 2 3 0.5"})), more);
+  EXPECT_EQ(notes_of(folder, "a.ply", text + "\n4 0 1 2 3\n"),
+            "it holds 9 bytes more than it declares, which were passed over");
+  for (const bool big : {false, true}) {
+    const std::string binary = binary_square<std::int32_t>("int", big);
+    EXPECT_EQ(notes_of(folder, "a.ply", binary + "7"), "it holds 1 byte more than it declares, which was passed over");
+    EXPECT_EQ(notes_of(folder, "a.ply", binary + std::string("\r\n\0", 3)), "");
+    EXPECT_EQ(notes_of(folder, "a.ply", binary), "");
+  }
+  // Blank lines and comments hold nothing, and normals follow from the faces.
+  EXPECT_EQ(notes_of(folder, "a.ply", text + "\n \n# 4 0 1 2 3\n"), "");
+  const std::string normals = "property float nx\nproperty float ny\nproperty float nz\n";
+  EXPECT_EQ(notes_of(folder, "a.ply", square_ply("", normals, {"0 0 1", "0 0 1", "0 0 1", "0 0 1"}, "", {"4 0 1 2 3"})),
+            "");
+}
+
+TEST(PlyNotes, FacesOfTwoCornersAreLines) {
+  const TempFolder folder;
+  EXPECT_EQ(notes_of(folder, "a.ply", square_ply("", "", {}, "", {"4 0 1 2 3", "2 0 2"})),
+            "points or lines were passed over; only faces are read");
 }
 
 TEST(PlyTypes, WholeNumbersOf64BitsCount) {

@@ -17,6 +17,7 @@ using testing::colour_of;
 using testing::expect_colour;
 using testing::import_of;
 using testing::le;
+using testing::notes_of;
 using testing::TempFolder;
 using testing::triangles_of_colour;
 
@@ -147,6 +148,22 @@ TEST(StlText, AMissingEndIsANoteAndACutFacetIsRefused) {
     ASSERT_FALSE(cut.has_value()) << last;
     testing::expect_sentence(cut.error().message, "a.stl");
   }
+}
+
+TEST(StlNotes, NameWhatMayBeColours) {
+  const TempFolder folder;
+  EXPECT_EQ(notes_of(folder, "a.stl", square_stl("", kHighest, kLowest)),
+            "values of its facets that are no colours were passed over");
+  // What is the same in all fills the place; where some are marked as colours, the others have none.
+  for (const auto& [first, second] : {std::pair{0, 0}, {0x2020, 0x2020}, {kOwn | kHighest, kLowest + 0}})
+    EXPECT_EQ(notes_of(folder, "a.stl",
+                       square_stl("", static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(second))),
+              "");
+  EXPECT_EQ(notes_of(folder, "a.stl", square_stl("COLOR=\x28\x50\xa0\xff", kHighest, kLowest)), "");
+  const std::string whole = "solid color\n" + kFacet + kOther + "endsolid color\n";
+  EXPECT_EQ(notes_of(folder, "a.stl", whole), "");
+  EXPECT_EQ(notes_of(folder, "a.stl", with(whole, "endloop", "endloop\ncolor 1 0 0\n")),
+            "colours between its facets (color) are not part of STL and were passed over");
 }
 
 TEST(StlData, ColoursCountsAndText) {

@@ -207,6 +207,43 @@ TEST(ThreeMfNotes, NameWhatAUserWouldMiss) {
   EXPECT_EQ(supported.notes.size(), 1U);
 }
 
+TEST(ThreeMfNotes, ImagesThatAreNotUsedAreNamed) {
+  const TempFolder folder;
+  const auto notes = [&](std::string_view more) {
+    const TriangleMesh mesh = square(folder, kPictured + std::string(more), R"(pid="5" pindex="0")", "", "");
+    return mesh.notes.empty() ? std::string() : mesh.notes[0];
+  };
+  EXPECT_EQ(notes(R"(<pbmetallictexturedisplayproperties id="8" metallictextureid="4" roughnesstextureid="4"/>)"),
+            "images of its materials other than colour were passed over: metallictextureid, roughnesstextureid");
+  EXPECT_EQ(notes(R"(<pbspeculartexturedisplayproperties id="8" speculartextureid="4"/>)"),
+            "images of its materials other than colour were passed over: speculartextureid");
+  const auto layers = [&](std::string_view veil, std::string_view attributes) {
+    return notes(R"(<colorgroup id="2"><color color=")" + std::string(veil) + R"("/></colorgroup>)" +
+                 R"(<multiproperties id="7" )" + std::string(attributes) +
+                 R"(><multi pindices="0 0"/></multiproperties>)");
+  };
+  const std::string mixed = "layers over an image could not be mixed with it; only one of them shows";
+  EXPECT_EQ(layers("#FF000080", R"(pids="5 2")"), mixed);
+  EXPECT_EQ(layers("#FF0000", R"(pids="5 5" blendmethods="multiply")"), mixed);
+  // These need no image of their own.
+  for (const std::string_view whole : {"#FF0000FF", "#FF000000"}) EXPECT_EQ(layers(whole, R"(pids="5 2")"), "");
+  EXPECT_EQ(layers("#FF0000", R"(pids="5 2" blendmethods="multiply")"), "");
+  EXPECT_EQ(layers("#FF000080", R"(pids="2 5")"), "");
+}
+
+TEST(ThreeMfNotes, ObjectsOutsideTheBuildListAreCounted) {
+  const TempFolder folder;
+  std::string model = square_model("", "", "", "");
+  const std::size_t from = model.find("<object"), to = model.find("</resources>");
+  for (const std::string id : {"10", "11"}) {
+    std::string other = model.substr(from, to - from);
+    model.insert(to, other.replace(other.find("id=\"9\""), 6, "id=\"" + id + "\""));
+    EXPECT_EQ(testing::notes_of(folder, "a.3mf", stored_zip({{"3D/3dmodel.model", model}})),
+              id == "10" ? "1 object that is not in its build list was left out"
+                         : "2 objects that are not in its build list were left out");
+  }
+}
+
 TEST(ThreeMfData, AnImageOfTwoColours) {
   RELIEF_DATA_FILE(file, "reports/3mf-texture/m.3mf");
   const auto mesh = import_mesh(file);
