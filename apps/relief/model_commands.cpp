@@ -107,7 +107,8 @@ class MendedFile {
 /// How deep tools may cut and how high they may build, for a person.
 std::string to_text(const Clay& clay) {
   const auto side = [](const ClaySide& s) {
-    return fmt::format("{:.2g} % at least, in nine fibres of ten {:.2g} % or more", 100 * s.least, 100 * s.tenth);
+    return fmt::format("{:.2g} % at least, in nine fibres of ten {:.2g} % or more, in {:.2g} % of all under {:g} %",
+                       100 * s.least, 100 * s.tenth, 100 * s.thin_fibres, 100 * ClaySide::kThin);
   };
   return "below the surface " + side(clay.below) + "; above it " + side(clay.above) + " (of the diagonal)";
 }

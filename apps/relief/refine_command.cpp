@@ -71,6 +71,7 @@ std::string verdict_of(RefineWhere where, const Refined& refined, const Snapshot
                          samples_of(before));
       break;
     case RefineWhere::Model:
+      if (!refined.model.head) return "Nothing to do: no stroke has changed the model since its slabs were made";
       text = fmt::format("New slabs: {} where there were {}", after.slab_mesh().slab_count(),
                          before.slab_mesh().slab_count());
       break;
@@ -89,13 +90,7 @@ Status run_refine(const RefineOptions& o, const Context& context) {
   const Model model = read->model();
   const double start = process_cpu_seconds();
   RELIEF_TRY(const SnapshotPtr as_made, read->as_made(read->stroke_count(), context.progress));
-  const bool untouched =
-      where == RefineWhere::Model && as_made && as_made->content_hash() == model.head->content_hash();
-  // New slabs for what nobody has touched would only lose a little.
-  Refined refined{.model = {model.info, nullptr}};
-  if (!untouched) {
-    RELIEF_TRY(refined, refine(model, where, as_made, context.progress));
-  }
+  RELIEF_TRY(const Refined refined, refine(model, where, as_made, context.progress));
   read.reset();
   const double seconds = process_cpu_seconds() - start;
   if (!in_place) RELIEF_CHECK(ModelFile::copy(o.model, o.out, context.progress));
@@ -108,10 +103,7 @@ Status run_refine(const RefineOptions& o, const Context& context) {
     print_json(json_of(refined, *model.head, after, seconds));
     return {};
   }
-  print(printable(o.out) + ": " +
-        (untouched ? "Nothing to do: no stroke has changed the model since its slabs were made"
-                   : verdict_of(where, refined, *model.head, after)) +
-        "\n");
+  print(printable(o.out) + ": " + verdict_of(where, refined, *model.head, after) + "\n");
   return {};
 }
 

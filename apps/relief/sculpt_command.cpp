@@ -43,16 +43,21 @@ class Listener {
   [[nodiscard]] std::function<void(const Event&)> sink() {
     return [this](const Event& event) {
       const std::scoped_lock lock(mutex_);
-      if (const auto* finished = std::get_if<StrokeFinished>(&event)) strokes_.push_back(*finished);
+      if (const auto* finished = std::get_if<StrokeFinished>(&event)) {
+        strokes_.push_back(*finished);
+        // What an attempt lacked is of no matter where the stroke did without, or a later one gave it.
+        if (finished->result.limited > 0 && latest_.lacking > room_.lacking) {
+          room_.lacking = latest_.lacking;
+          room_.bar = latest_.bar;
+          room_.bar_distance = latest_.bar_distance;
+        }
+        latest_ = {};
+      }
       if (const auto* failed = std::get_if<Failed>(&event)) failure_ = failed->error;
       if (const auto* room = std::get_if<RoomEnded>(&event)) {
         room_.fibres += room->fibres;
         room_.surface_moved = std::max(room_.surface_moved, room->surface_moved);
-        if (room->lacking > room_.lacking) {
-          room_.lacking = room->lacking;
-          room_.bar = room->bar;
-          room_.bar_distance = room->bar_distance;
-        }
+        latest_ = *room;
         ++rooms_;
       }
       if (const auto* progressed = std::get_if<Progressed>(&event)) share_ = progressed->share;
@@ -73,7 +78,7 @@ class Listener {
     const std::scoped_lock lock(mutex_);
     return failure_ ? fail(failure_->code, failure_->message) : Status();
   }
-  /// Fibres moved in all, the most slabs that lacked at a time, and how often room was made or could not be.
+  /// Fibres moved in all, the most slabs that a stroke lacked at its end, and how often room was made or could not be.
   [[nodiscard]] std::pair<RoomEnded, int> room() const {
     const std::scoped_lock lock(mutex_);
     return {room_, rooms_};
@@ -89,7 +94,7 @@ class Listener {
   std::vector<StrokeFinished> strokes_;
   std::optional<Error> failure_;
   double share_ = 0;
-  RoomEnded room_;
+  RoomEnded room_, latest_;  ///< of all strokes; of the one that is played
   int rooms_ = 0;
 };
 
@@ -135,6 +140,8 @@ std::string said_of(const std::pair<RoomEnded, int>& room, Unit unit) {
   if (times == 0 || (made.fibres == 0 && made.lacking == 0)) return {};
   std::string text = made.fibres == 0 ? "the clay ended under a stroke"
                                       : fmt::format("room was made: {} fibres reach further", made.fibres);
+  if (made.surface_moved > 0)
+    text += fmt::format(", and the surface beside the tool moved by {:.2g} {} at most", made.surface_moved, name(unit));
   if (made.fibres > 0 && made.lacking > 0)
     text += fmt::format("; {} slabs still end before the stroke does", made.lacking);
   return text + '\n' + said_of(made.bar, made.bar_distance, unit);

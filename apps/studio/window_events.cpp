@@ -88,9 +88,8 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::pointMissed, this,
           [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
-  connect(&bridge_, &DocumentBridge::detailLimited, this, [this] {
-    say(tr("The surface stays coarser here than this tool wants. A larger radius helps, or a coarser detail."));
-  });
+  connect(&bridge_, &DocumentBridge::detailLimited, this,
+          [this] { say(tr("The surface stays coarser here than this tool wants. A larger radius helps.")); });
   connect(&bridge_, &DocumentBridge::takenBeside, this, [this] {
     if (std::exchange(lean_told_, true)) return;
     say(tr("The fibres lean here: the tool takes some clay from beside it, too."));
@@ -123,7 +122,11 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::cageChanged, this, [this](const CageChanged& change) {
     changing_cage_ = false;
     const QString label = text(change.label);
-    if (change.changed)
+    const double moved = cage_moved_ ? cage_moved_->load() : 0;
+    if (change.changed && moved > 0)
+      say(tr("%1: done; the surface moved by at most %2")
+              .arg(label, length_text(moved, bridge_.document()->info().unit)));
+    else if (change.changed)
       say(tr("%1: done").arg(label));
     else if (change.cancelled)
       say(tr("%1: stopped").arg(label));

@@ -426,7 +426,9 @@ Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr&
       break;
     }
     case RefineWhere::Model:
-      RELIEF_CHECK(make_anew(model, result, progress));
+      // New slabs for what nobody has touched would only lose a little.
+      if (made == nullptr || made->content_hash() != model.head->content_hash())
+        RELIEF_CHECK(make_anew(model, result, progress));
       break;
   }
   if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");

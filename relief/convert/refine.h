@@ -42,8 +42,8 @@ struct Refined {
 /// not known. `as_made` is the surface as it was when its slabs were new, null where nobody has it any more. Samples
 /// that tools have moved by less than is left of their fibre are not saturated: conversion put them there, as in thin
 /// walls. Layers come along: on Model those beside the colour from the nearest place of the old surface. Slabs that
-/// were not touched keep their samples bit for bit, but on Model. Errors: Cancelled; on Model those of convert() in the
-/// model's mode.
+/// were not touched keep their samples bit for bit, but on Model; there is nothing to do there where the model is as it
+/// was made. Errors: Cancelled; on Model those of convert() in the model's mode.
 [[nodiscard]] Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr& as_made = {},
                                      const Progress& progress = {});
 

@@ -172,6 +172,11 @@ std::string to_string(const ConvertReport& report) {
                 report.to_source.max, report.from_source.rms, report.from_source.max, report.thickness_min,
                 report.thickness_median);
   text += line.data();
+  const auto side = [](const ClaySide& s) {
+    return of_diagonal(s.least, "%.2e") + " at least, " + rounded(100 * s.thin_fibres) + " % of the fibres under " +
+           number(ClaySide::kThin) + ", one in ten under " + rounded(s.tenth);
+  };
+  text += "clay below the surface: " + side(report.clay.below) + "\n  above it: " + side(report.clay.above) + "\n";
   if (report.slabs > report.slabs_asked)
     text += std::to_string(report.slabs_asked) +
             " slabs were the target: no way was found to keep the mode with fewer than " +

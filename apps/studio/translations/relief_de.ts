@@ -2387,8 +2387,8 @@ berühren, um weiterzumachen</translation>
         <translation>Das Werkzeug ist nicht an der Oberfläche: Was es dort tut, entfällt.</translation>
     </message>
     <message>
-        <source>The surface stays coarser here than this tool wants. A larger radius helps, or a coarser detail.</source>
-        <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius hilft, oder ein gröberes Detail.</translation>
+        <source>The surface stays coarser here than this tool wants. A larger radius helps.</source>
+        <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius hilft.</translation>
     </message>
     <message>
         <source>The fibres lean here: the tool takes some clay from beside it, too.</source>
@@ -2577,6 +2577,10 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Turn the view down</source>
         <translation>Ansicht nach unten drehen</translation>
+    </message>
+    <message>
+        <source>%1: done; the surface moved by at most %2</source>
+        <translation>%1: fertig; die Oberfläche hat sich um höchstens %2 bewegt</translation>
     </message>
 </context>
 <context>
