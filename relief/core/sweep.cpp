@@ -21,8 +21,6 @@ constexpr int kHalvings = 6;      // of a way through a slab: 64 parts, of two c
 // Times how far the way may be from its line: a square that is small, as smaller ones rule out little more.
 constexpr double kUncertain = 20;
 constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
-// Of a way through a slab whose coordinates do not tell where it runs: most cells lie beside each part.
-constexpr int kParts = 8;
 constexpr double kSure = 4.5e-16;  // of the sum of two products: more than their difference can be off by rounding
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
@@ -337,16 +335,7 @@ void Sweep::cells(const Course& line) noexcept {
   });
 }
 
-void Sweep::all_cells(double enter, double leave) noexcept {
-  const int parts = surface_.intervals() <= kCoarse ? 1 : kParts;
-  for (int k = 0; k < parts; ++k) {
-    const double from = enter + (leave - enter) * k / parts, to = enter + (leave - enter) * (k + 1) / parts;
-    if (from > best_) return;
-    all_cells_of(from, to);
-  }
-}
-
-void Sweep::all_cells_of(double from, double to) noexcept {
+void Sweep::all_cells(double from, double to) noexcept {
   squares(0, [&](int level, GridPoint low, int side, const SampleBounds::Between& heights, double pad) {
     const double n = surface_.intervals();
     const auto [least, most] = range_over(heights, side + 2 * pad);
