@@ -26,7 +26,9 @@ constexpr int kFarStitched = 2;
 constexpr int kHalvings = 6;  // of a way through a slab: 64 parts, of two cells of the finest grid each
 // Times how far the way may be from its line: a square that is small, as smaller ones rule out little more.
 constexpr double kUncertain = 20;
-constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
+// Of the slab: how far outside its coordinates are asked for, where Newton's steps do not settle.
+// FirstEntry.MissesNothingBesideCurvedWalls fails at 0.
+constexpr double kMargin = 0.05;
 // Of the sum of two products: where their difference is less, rounding may leave it fewer than ten digits, and where a
 // triangle is seen edge-on, its place and even its sign come from those. Were it always worked out exactly, a sweep
 // would take a twentieth longer. FirstEntry.IsOnTheWayAlsoAlongAFace fails at 1e-12.
