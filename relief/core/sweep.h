@@ -77,8 +77,7 @@ class Sweep {
   void cells(const Course& line) noexcept;
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
   /// over a square is in the hull of eight corners. (Not so between sloping planes, where fibres lean.)
-  void all_cells(double enter, double leave) noexcept;
-  void all_cells_of(double from, double to) noexcept;
+  void all_cells(double from, double to) noexcept;
   /// Calls look(level, first sample, side, bounds, overhang) for the squares of the slab in hand, from the whole to the
   /// smallest. Where it returns false, the square's parts are left out. Low columns come first unless bit 0 of
   /// `mirrored` is set, and low rows unless bit 1 is.

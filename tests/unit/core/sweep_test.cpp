@@ -1,4 +1,5 @@
 // The one ray query: where a straight way first crosses the tessellated surface.
+#include "support/bare_triangles.h"
 #include "support/shells.h"
 
 #include <relief/core/sweep.h>
@@ -8,7 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -22,6 +26,27 @@ SnapshotPtr bumpy_torus() {
   return displaced(torus_shell(16, 10, 16), [](Vec3d p) {
     return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
   });
+}
+
+/// Of all slabs, how much smaller a volume of coordinates is at one place than at another; negative where it is inside
+/// out.
+double least_jacobian(const SlabMesh& mesh) {
+  double worst = 1;
+  for (SlabId slab = 0; slab < mesh.slab_count(); ++slab) {
+    const detail::LinearForm form(mesh.corners(slab), {});
+    double least = 1e300, most = -1e300;
+    for (int i = 0; i <= 6; ++i)
+      for (int j = 0; i + j <= 6; ++j)
+        for (int k = 0; k <= 6; ++k) {
+          const double u = i / 6.0, v = j / 6.0, alpha = k / 6.0;
+          const double here =
+              dot(form.b + form.e * alpha, cross(form.c + form.f * alpha, form.d + form.e * u + form.f * v));
+          least = std::min(least, here);
+          most = std::max(most, here);
+        }
+    worst = std::min(worst, least / most);
+  }
+  return worst;
 }
 
 TEST(FirstEntry, AgreesWithTheRayOnWhereItGoesIn) {
@@ -105,6 +130,180 @@ TEST(FirstEntry, MissesNothingWhereFibresLeanAndNDiffers) {
     }
   }
   EXPECT_GT(hits, 1500);
+}
+
+/// All micro-triangles of a model, each by itself.
+testing::BareTriangles bare_triangles(const Snapshot& model) {
+  const SlabMesh& mesh = model.slab_mesh();
+  std::vector<Vec3d> positions;
+  std::vector<testing::BareTriangles::Corners> triangles;
+  for (SlabId slab = 0; slab < mesh.slab_count(); ++slab)
+    for_each_cell(mesh.intervals(slab), mesh.edge_intervals(slab), [&](const std::array<GridPoint, 3>& cell) {
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      for (const GridPoint p : cell) positions.push_back(sample_position(model, slab, p));
+      triangles.push_back({first, first + 1, first + 2});
+    });
+  return {positions, triangles};
+}
+
+/// A way from a place of the surface goes in there, although rounding has put the place to one side of its triangle or
+/// the other; a way from farther below does not, or what is cut off by a hair would be touched from within.
+TEST(FirstEntry, BeginsAtMostABillionthOfASlabBelowTheSurface) {
+  const SnapshotPtr model = bumpy_torus();
+  const auto bare = bare_triangles(*model);
+  MicroTriangles surface(*model);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int later = 0;
+  for (int k = 0; k < 3000; ++k) {
+    const double u = std::abs(unit(random));
+    const auto place = surface.place_at(static_cast<SlabId>(random() % model->slab_mesh().slab_count()), u,
+                                        (1 - u) * std::abs(unit(random)));
+    ASSERT_TRUE(place);
+    const SlabCorners& corners = surface.corners();
+    const double side = length(corners.inner[1] - corners.inner[0]);
+    const Vec3d way = normalized(normalized(Vec3d{unit(random), unit(random), unit(random)}) * 0.7 -
+                                 normalized(place->triangle.area()));
+    for (const double below : {0.0, 3e-10, 3e-9, 1e-6}) {
+      const Vec3d from = place->position + way * (below * side), to = from + way;
+      const auto swept = first_entry(*model, from, to);
+      if (below < 1e-9) {
+        ASSERT_TRUE(swept) << "way " << k << " from " << below;
+        ASSERT_LT(swept->distance, 1e-12) << "way " << k << " from " << below;
+        continue;
+      }
+      const auto first = bare.entry(from, to);
+      ASSERT_EQ(swept.has_value(), first.has_value()) << "way " << k << " from " << below;
+      if (!first) continue;
+      ASSERT_NEAR(swept->distance, first->share, 1e-9) << "way " << k << " from " << below;
+      ++later;
+    }
+  }
+  EXPECT_GT(later, 100);
+}
+
+/// Two slabs whose long fibres flare, lean and turn, with a sample at any height beside any other.
+SnapshotPtr twisted(int n, double depth, double flare, double turn, double lean) {
+  const auto mesh = testing::mapped_shell(*plane_shell(1, n, depth), [=](Vec3d p) {
+    const double x = (p.x - 0.5) * (1 + flare * p.y), z = (p.z - 0.5) * (1 + 2 * flare * p.y), a = turn * p.y;
+    return Vec3d{x * std::cos(a) - z * std::sin(a), p.y * (1 + lean * p.x), x * std::sin(a) + z * std::cos(a)};
+  });
+  if (!mesh) return nullptr;
+  return displaced(mesh, [](Vec3d p) {
+    const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+    return any - std::floor(any);
+  });
+}
+
+/// Sends ways through any triangles: they go in where the bare triangles say. Returns how many went in.
+int send_ways(const Snapshot& model, int ways, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto bare = bare_triangles(model);
+  MicroTriangles surface(model);
+  int hits = 0;
+  for (int k = 0; k < ways; ++k) {
+    const auto triangle = bare.corners(static_cast<std::uint32_t>(random() % bare.size()));
+    const double u = std::abs(unit(random)), v = (1 - u) * std::abs(unit(random));
+    const Vec3d on = triangle[0] * (1 - u - v) + triangle[1] * u + triangle[2] * v;
+    const Vec3d any = {unit(random), unit(random), unit(random)};
+    const Vec3d side = any * std::pow(10, 1 - 3 * std::abs(unit(random)));
+    const Vec3d from = on + side, way = side * -2.0;
+    const auto first = bare.entry(from, from + way);
+    if (!first || first->share < 1e-6 || first->share > 1 - 1e-6) continue;
+    Sweep sweep(surface, from, from + way, Crossing::In);
+    const auto found = sweep.run();
+    EXPECT_TRUE(found) << "way " << k;
+    EXPECT_NEAR(sweep.share(), first->share, 1e-7) << "way " << k;
+    if (::testing::Test::HasFailure()) break;
+    ++hits;
+  }
+  return hits;
+}
+
+/// Where a slab has few samples, its flat triangles are far from where its curved coordinates put them.
+TEST(FirstEntry, MissesNothingInTwistedSlabsOfFewSamples) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int hits = 0;
+  for (int round = 0; round < 1600 && !HasFailure(); ++round) {
+    const double flare = 2 * std::abs(unit(random)), turn = 3 * unit(random), lean = 0.4 * unit(random);
+    const SnapshotPtr model = twisted(1 + round % 4, 0.15 + 0.5 * std::abs(unit(random)), flare, turn, lean);
+    // Still the right way round everywhere, if barely.
+    if (model && least_jacobian(model->slab_mesh()) >= 0.01) hits += send_ways(*model, 150, random);
+  }
+  EXPECT_GT(hits, 50'000);
+}
+
+/// Newton's steps do not settle everywhere beside a twisted slab, and its flat triangles reach beyond its curved walls.
+TEST(FirstEntry, MissesNothingBesideCurvedWalls) {
+  std::mt19937 random(1);
+  for (const SnapshotPtr& model : {twisted(12, 0.58, 0, 2.56, 0.03), twisted(9, 0.56, 0, 2.65, 0.16)}) {
+    ASSERT_TRUE(model);
+    EXPECT_GT(send_ways(*model, 3000, random), 2000);
+  }
+}
+
+/// Beside a slab of one interval the triangles of a fine one reach so far that each part of a way meets most of them:
+/// they are looked at once, all together.
+TEST(FirstEntry, PlacesEachTriangleOnceWhereFewSamplesAreBesideMany) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int met = 0;
+  for (int round = 0; round < 60; ++round) {
+    const double turn = 2 * unit(random), depth = 0.15 + 0.4 * std::abs(unit(random));
+    const auto twisted = testing::mapped_shell(*plane_shell(1, 1, depth), [=](Vec3d p) {
+      const double x = p.x - 0.5, z = p.z - 0.5, a = turn * p.y;
+      return Vec3d{x * std::cos(a) - z * std::sin(a), p.y, x * std::sin(a) + z * std::cos(a)};
+    });
+    ASSERT_TRUE(twisted);
+    std::vector<SlabMesh::Face> slabs;
+    for (const Slab& slab : twisted->slabs()) slabs.push_back({slab.fibres, slabs.empty() ? 32 : 1});
+    auto mesh = SlabMesh::make({twisted->fibres().begin(), twisted->fibres().end()}, slabs);
+    ASSERT_TRUE(mesh);
+    const SnapshotPtr model = displaced(std::make_shared<const SlabMesh>(*std::move(mesh)),
+                                        [](Vec3d p) { return 0.5 + 0.45 * std::sin(9 * p.x) * std::cos(7 * p.z); });
+    const auto bare = bare_triangles(*model);
+    MicroTriangles surface(*model);
+    for (int k = 0; k < 300; ++k) {
+      const auto triangle = bare.corners(static_cast<std::uint32_t>(random() % bare.size()));
+      const Vec3d on = (triangle[0] + triangle[1] + triangle[2]) / 3;
+      const Vec3d side = Vec3d{unit(random), unit(random), unit(random)} * 2.0;
+      const int before = surface.placed();
+      met += Sweep(surface, on + side, on - side, Crossing::In).run() ? 1 : 0;
+      ASSERT_LE(surface.placed() - before, 3 * static_cast<int>(bare.size())) << "round " << round << " way " << k;
+    }
+  }
+  EXPECT_GT(met, 5000);
+}
+
+/// Along a flat face, triangles are seen edge-on, and all that tells where a way crosses them is rounding. The place is
+/// one on the way.
+TEST(FirstEntry, IsOnTheWayAlsoAlongAFace) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int met = 0;
+  for (int round = 0; round < 8; ++round) {
+    const Vec3d up = normalized(Vec3d{unit(random), unit(random), unit(random)});
+    const Vec3d right = normalized(cross(up, {1, 0.3, 0.2})), forward = cross(right, up);
+    const auto mesh = testing::mapped_shell(*plane_shell(2, round % 2 == 0 ? 8 : 3),
+                                            [=](Vec3d p) { return right * p.x + up * p.y + forward * p.z; });
+    ASSERT_TRUE(mesh);
+    const SnapshotPtr model = displaced(mesh, [](Vec3d) { return 0.5; });
+    MicroTriangles surface(*model);
+    const auto any_place = [&] {
+      const double u = std::abs(unit(random)), v = (1 - u) * std::abs(unit(random));
+      return surface.place_at(static_cast<SlabId>(random() % mesh->slab_count()), u, v)->position;
+    };
+    for (int k = 0; k < 300; ++k) {
+      const Vec3d from = any_place(), to = any_place();
+      const auto place = Sweep(surface, from, to, Crossing::Any).run();
+      if (!place) continue;
+      const double off = length(cross(place->position - from, to - from)) / length(to - from);
+      ASSERT_LT(off, 1e-9) << "round " << round << " way " << k;
+      ++met;
+    }
+  }
+  EXPECT_GT(met, 1000);
 }
 
 }  // namespace
