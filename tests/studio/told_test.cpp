@@ -31,8 +31,7 @@ namespace {
 
 constexpr int kPatience = 60'000;  // ms, on a machine that is busy with other things
 const QString kAway = QStringLiteral("The tool is away from the surface: what it does there is left out.");
-const QString kCoarse =
-    QStringLiteral("The surface stays coarser here than this tool wants. A larger radius helps, or a coarser detail.");
+const QString kCoarse = QStringLiteral("The surface stays coarser here than this tool wants. A larger radius helps.");
 const QString kLean = QStringLiteral("The fibres lean here: the tool takes some clay from beside it, too.");
 
 /// Fibres straight up through a sheet, or leaning by `lean` sideways for each unit up.
