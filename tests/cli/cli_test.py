@@ -1950,6 +1950,19 @@ class Refine(Case):
         self.ok("redo", out)
         self.assertEqual(self.hash(out), after)
 
+    def test_a_stroke_that_had_all_it_wanted_lacks_nothing(self):
+        # A lump in the middle of the form, for which a first try makes too little room.
+        strokes, scan, model = (self.folder / name for name in ("lump.json", "lump.ply", "lump.relief"))
+        strokes.write_text(json.dumps([{"tool": "deposit", "radius": 12, "strength": 1,
+                                        "points": [[0, 0, 50, 60, 1], [2, 0, 50, 60, 1]]}]))
+        self.ok("sample", "pumpkin", "-o", scan, "--triangles", 100000)
+        self.ok("convert", scan, "-o", model)
+        told = self.ok("sculpt", model, "--strokes", strokes, "-o", self.folder / "lump2.relief", "--json").json()
+        self.assertGreater(told["room"]["fibres"], 0)
+        self.assertEqual(told["stroke_results"][0]["limited"], 0)
+        self.assertEqual((told["room"]["lacking"], told["room"]["bar"]), (0, "none"))
+        self.assertGreater(told["room"]["surface_moved"], 0)
+
     def test_room_where_it_has_run_out_in_place(self):
         out = self.deep("saturated.relief")
         before = Run("info", out, "--json").json()
