@@ -47,8 +47,6 @@ std::size_t distinct_samples(const SlabMesh& mesh) {
   return count;
 }
 
-bool claims(Mode mode, verify::Condition condition) { return relief::claims(mode).contains(verify::name(condition)); }
-
 /// How a condition fared; where it failed, `at_least` so often, and on request in which slabs.
 ordered_json to_json(const verify::Certificate& certificate, bool name_slabs = false) {
   ordered_json object;

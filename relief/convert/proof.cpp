@@ -10,10 +10,6 @@
 namespace relief {
 namespace {
 
-bool is_claimed(Mode mode, std::size_t condition) {
-  return claims(mode).contains(verify::name(static_cast<verify::Condition>(condition)));
-}
-
 verify::Certificate certificate_of(const Model& model, TriangleMesh mended, const Progress& progress) {
   const PlainCage shell(model.head->slab_mesh());
   const PlainSource source(std::move(mended));
@@ -72,23 +68,25 @@ TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& cert
   return {};
 }
 
+bool claims(Mode mode, verify::Condition condition) { return claims(mode).contains(verify::name(condition)); }
+
 std::size_t claimed(const verify::Certificate& certificate, bool as_made) noexcept {
   return as_made ? certificate.asked() : verify::kShellConditionCount;
 }
 
 bool claim_holds(Mode mode, const verify::Certificate& certificate, bool as_made) {
   for (std::size_t k = 0; k < claimed(certificate, as_made); ++k)
-    if (is_claimed(mode, k) && !certificate.holds[k]) return false;
+    if (claims(mode, static_cast<verify::Condition>(k)) && !certificate.holds[k]) return false;
   return true;
 }
 
 std::string first_reason(Mode mode, const verify::Certificate& certificate, bool as_made) {
   const std::size_t count = claimed(certificate, as_made);
   for (const verify::Failure& f : certificate.failures)
-    if (const auto k = static_cast<std::size_t>(f.condition); k < count && is_claimed(mode, k)) return f.what;
+    if (static_cast<std::size_t>(f.condition) < count && claims(mode, f.condition)) return f.what;
   for (std::size_t k = 0; k < count; ++k)
-    if (is_claimed(mode, k) && !certificate.holds[k])
-      return std::string(verify::name(static_cast<verify::Condition>(k))) + " could not be tested";
+    if (const auto condition = static_cast<verify::Condition>(k); claims(mode, condition) && !certificate.holds[k])
+      return std::string(verify::name(condition)) + " could not be tested";
   return "no reason given";
 }
 

@@ -37,6 +37,8 @@ struct TileFaults {
 [[nodiscard]] TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& certificate,
                                          const Progress& progress = {});
 
+/// Returns whether a mode claims a condition.
+[[nodiscard]] bool claims(Mode mode, verify::Condition condition);
 /// Returns how many conditions are claimed of a shell: those with the source only where it is as it was made.
 [[nodiscard]] std::size_t claimed(const verify::Certificate& certificate, bool as_made = true) noexcept;
 /// Returns whether all holds that a mode claims.

@@ -411,6 +411,9 @@ std::optional<RefineWhere> refine_where_from_name(std::string_view text) noexcep
 Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr& as_made, const Progress& progress) {
   const Snapshot* const made = as_made.get();
   Refined result{.model = {model.info, nullptr}};
+  // New slabs for what nobody has touched would only lose a little.
+  if (where == RefineWhere::Model && made != nullptr && made->content_hash() == model.head->content_hash())
+    return result;
   const std::vector<WornSample> worn = find_worn(*model.head, made, progress);
   if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   result.saturated_before = result.saturated_after = worn.size();
@@ -426,9 +429,7 @@ Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr&
       break;
     }
     case RefineWhere::Model:
-      // New slabs for what nobody has touched would only lose a little.
-      if (made == nullptr || made->content_hash() != model.head->content_hash())
-        RELIEF_CHECK(make_anew(model, result, progress));
+      RELIEF_CHECK(make_anew(model, result, progress));
       break;
   }
   if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");

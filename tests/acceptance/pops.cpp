@@ -96,8 +96,8 @@ void pops(Report& report) {
                    double(done.bad()), 0);
     compared += double(done.compared);
     deeper += double(done.deeper);
-    report.shown(scene.name + ": ticks outside thin places over 1.05 times as deep as a god-object",
-                 double(done.deeper) / double(std::max(done.compared, 1L)));
+    report.at_most(scene.name + ": ticks outside thin places over 1.05 times as deep as a god-object",
+                   double(done.deeper) / double(std::max(done.compared, 1L)), 1e-3);
   }
   report.shown("pressed frames that were judged", frames);
   report.at_least("pressed frames that were judged, of those wanted", frames / wanted, 1);
@@ -118,8 +118,8 @@ void pops(Report& report) {
       report.shown("    most that it was in a triangle, of its radius", done.overlap);
       compared += double(done.compared);
       deeper += double(done.deeper);
-      report.shown("    ticks outside thin places over 1.05 times as deep as a god-object",
-                   double(done.deeper) / double(std::max(done.compared, 1L)));
+      report.at_most(what + ": ticks outside thin places over 1.05 times as deep as a god-object",
+                     double(done.deeper) / double(std::max(done.compared, 1L)), 1e-3);
       report.shown("    most, of the god-object's depth", done.most_times);
     }
   report.shown("pressed frames of balls that were judged", frames);

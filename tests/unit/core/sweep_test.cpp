@@ -1,5 +1,5 @@
 // The one ray query: where a straight way first crosses the tessellated surface.
-#include "support/bare_triangles.h"
+#include "support/exported.h"
 #include "support/shells.h"
 
 #include <relief/core/sweep.h>
@@ -132,25 +132,11 @@ TEST(FirstEntry, MissesNothingWhereFibresLeanAndNDiffers) {
   EXPECT_GT(hits, 1500);
 }
 
-/// All micro-triangles of a model, each by itself.
-testing::BareTriangles bare_triangles(const Snapshot& model) {
-  const SlabMesh& mesh = model.slab_mesh();
-  std::vector<Vec3d> positions;
-  std::vector<testing::BareTriangles::Corners> triangles;
-  for (SlabId slab = 0; slab < mesh.slab_count(); ++slab)
-    for_each_cell(mesh.intervals(slab), mesh.edge_intervals(slab), [&](const std::array<GridPoint, 3>& cell) {
-      const auto first = static_cast<std::uint32_t>(positions.size());
-      for (const GridPoint p : cell) positions.push_back(sample_position(model, slab, p));
-      triangles.push_back({first, first + 1, first + 2});
-    });
-  return {positions, triangles};
-}
-
 /// A way from a place of the surface goes in there, although rounding has put the place to one side of its triangle or
 /// the other; a way from farther below does not, or what is cut off by a hair would be touched from within.
 TEST(FirstEntry, BeginsAtMostABillionthOfASlabBelowTheSurface) {
   const SnapshotPtr model = bumpy_torus();
-  const auto bare = bare_triangles(*model);
+  const auto bare = testing::bare_triangles(*model);
   MicroTriangles surface(*model);
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -198,7 +184,7 @@ SnapshotPtr twisted(int n, double depth, double flare, double turn, double lean)
 /// Sends ways through any triangles: they go in where the bare triangles say. Returns how many went in.
 int send_ways(const Snapshot& model, int ways, std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
-  const auto bare = bare_triangles(model);
+  const auto bare = testing::bare_triangles(model);
   MicroTriangles surface(model);
   int hits = 0;
   for (int k = 0; k < ways; ++k) {
@@ -262,7 +248,7 @@ TEST(FirstEntry, PlacesEachTriangleOnceWhereFewSamplesAreBesideMany) {
     ASSERT_TRUE(mesh);
     const SnapshotPtr model = displaced(std::make_shared<const SlabMesh>(*std::move(mesh)),
                                         [](Vec3d p) { return 0.5 + 0.45 * std::sin(9 * p.x) * std::cos(7 * p.z); });
-    const auto bare = bare_triangles(*model);
+    const auto bare = testing::bare_triangles(*model);
     MicroTriangles surface(*model);
     for (int k = 0; k < 300; ++k) {
       const auto triangle = bare.corners(static_cast<std::uint32_t>(random() % bare.size()));

@@ -235,8 +235,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     std::printf(
         "%s%s, places %u: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld "
         "flips; of %d presses beside a rim a god-object rolls off in %d, and the tool in %.0f %% of their ticks; "
-        "slipped "
-        "off with the hand in %.2f %% of %ld, pressed straight in %ld of %ld\n",
+        "slipped off with the hand in %.2f %% of %ld, pressed straight in %ld of %ld\n",
         sample, exact ? ", exact normals" : "", seed, away.ticks, thin, away.lost, away.wrong, flips, rims, rolling,
         100 * rolled.share(), 100 * with_the_hand.share(), with_the_hand.ticks, straight.lost + straight.wrong,
         straight.ticks);
