@@ -17,20 +17,15 @@ constexpr double kPad = 1e-4;  // of a cell, and of the fibre: what rounding may
 // Of the slab: how far before its start a way may already cross, for rounding.
 // FirstEntry.BeginsAtMostABillionthOfASlabBelowTheSurface fails at 1e-10 and at 1e-8.
 constexpr double kBehind = 1e-9;
-// Intervals up to which all cells are looked at: there are 16 at most.
-// FirstEntry.MissesNothingInTwistedSlabsOfFewSamples fails at 0 and at 1.
-constexpr int kCoarse = 4;
-// Cells by which stitching may draw a triangle, above which all are.
-// FirstEntry.PlacesEachTriangleOnceWhereFewSamplesAreBesideMany fails at 100.
-constexpr int kFarStitched = 2;
-constexpr int kHalvings = 6;  // of a way through a slab: 64 parts, of two cells of the finest grid each
-// Times how far the way may be from its line: a square that is small, as smaller ones rule out little more. Changes
-// only the time, and no count of samples: through twisted slabs of n = 128 a ray looks at two fifths more squares at 0,
-// and at infinity works out a quarter to a half more coordinates.
-constexpr double kUncertain = 20;
-// Of the slab: how far outside its coordinates are asked for, where Newton's steps do not settle.
-// FirstEntry.MissesNothingBesideCurvedWalls fails at 0.
-constexpr double kMargin = 0.05;
+// Cells by which a part of a way may bend and is straight enough: with more, more triangles are placed, with less, more
+// coordinates worked out. FirstEntry.PlacesFewTriangles fails at 2.
+constexpr double kStraight = 0.5;
+// Of a way through a slab: 64 parts. Where not even these are known to be straight, all the slab's triangles may be
+// met. FirstEntry.PlacesFewTriangles fails at 1.
+constexpr int kHalvings = 6;
+// By how much the derivative of the position may change around the middle of a part, of itself: then its inverse at
+// most doubles.
+constexpr double kChange = 0.5;
 // Of the sum of two products: where their difference is less, rounding may leave it fewer than ten digits, and where a
 // triangle is seen edge-on, its place and even its sign come from those. Were it always worked out exactly, a sweep
 // would take a twentieth longer. FirstEntry.IsOnTheWayAlsoAlongAFace fails at 1e-12.
@@ -195,9 +190,7 @@ void Sweep::search(Ahead part) noexcept {
   }
   searched_ = slab_;
   const double enter = part.enter, leave = std::min(part.leave, best_);
-  // Coordinates bend too much within triangles that are as large as the slab.
-  whole_ = surface_.intervals() <= kCoarse || surface_.stretch() > kFarStitched;
-  if (whole_) return all_cells(enter, leave);
+  whole_ = false;
   const LinearForm form(surface_.corners(), from_);
   const End a = end(form, enter, middle_);
   piece(form, a, end(form, leave, a.known ? a.at : middle_), 0);
@@ -206,16 +199,48 @@ void Sweep::search(Ahead part) noexcept {
 
 Sweep::End Sweep::end(const LinearForm& form, double t, const SlabCoord& start) const noexcept {
   End e{.t = t, .at = start};
-  // Far outside, Newton may have found another of the three solutions, and inside, though rarely, none.
-  const auto close = [](double x) { return x >= -1 && x <= 2; };
-  e.known =
-      solve(form, way_ * t, e.at) && close(e.at.u) && close(e.at.v) && close(1 - e.at.u - e.at.v) && close(e.at.alpha);
-  if (e.known) return e;
-  if (const auto at = coordinates_in(surface_.mesh(), slab_, from_ + way_ * t, kMargin)) {
-    e.at = *at;
-    e.known = true;
-  }
+  e.known = solve(form, way_ * t, e.at);
   return e;
+}
+
+// Positions are a quadratic function of coordinates, so the difference of two is exactly the derivative in the middle
+// between them times that of their coordinates. It gives the coordinates that miss where positions do: on the straight
+// line between two ends a position misses the way by a quarter of the twist between them at most, and the place of a
+// flat triangle misses that with the same weights of its samples' coordinates by a quarter of what twist and height do
+// in a cell. The derivative is the one at `middle` and what it changes by from there.
+std::optional<Sweep::Bends> Sweep::bends(const LinearForm& form, const End& a, const End& b,
+                                         const SlabCoord& middle) const noexcept {
+  const Vec3d along = form.d + form.e * middle.u + form.f * middle.v;
+  const Vec3d ju = form.b + form.e * middle.alpha, jv = form.c + form.f * middle.alpha;
+  const double jacobian = det(ju, jv, along);
+  if (!(jacobian > 0)) return std::nullopt;
+  // In coordinates: |u| + |v|, and alpha.
+  struct Miss {
+    double aside, up;
+  };
+  const auto miss = [&](Vec3d x) noexcept {
+    return Miss{(std::abs(det(x, jv, along)) + std::abs(det(ju, x, along))) / jacobian,
+                std::abs(det(ju, jv, x)) / jacobian};
+  };
+  const Miss e = miss(form.e), f = miss(form.f), most = {std::max(e.aside, f.aside), std::max(e.up, f.up)};
+  const double du = b.at.u - a.at.u, dv = b.at.v - a.at.v, rise = b.at.alpha - a.at.alpha;
+  const double aside = std::abs(du) + std::abs(dv), up = std::abs(rise);
+  const auto [low, high] = surface_.model().tile(Layer::Displacement, slab_).bounds().range();
+  const double n = surface_.intervals();
+  // A stitched triangle is as long as the edge's intervals are apart.
+  const double longest = (1 + 2 * surface_.stretch()) / n;
+  // What is missed at most, in units of `most`: by the way, and in a cell from alpha 0 to 1.
+  const double of_way = aside * up / 4, of_cell = longest / 2;
+  // From the middle to half the way, and to all that lies beside it.
+  const double beside = (of_way + of_cell * (high - low)) / (1 - kChange);
+  const double change = most.aside * (up / 2 + most.up * beside) + most.up * (aside / 2 + most.aside * beside);
+  if (!(change <= kChange)) return std::nullopt;
+  const double more = change / (1 - change);
+  const Miss twist = miss((form.e * du + form.f * dv) * rise);
+  return Bends{.way = (twist.aside / 4 + more * most.aside * of_way) * n + kPad,
+               .way_alpha = twist.up / 4 + more * most.up * of_way + kPad,
+               .cell = ((e.aside + f.aside) / 2 + more * most.aside) * of_cell * n,
+               .cell_alpha = ((e.up + f.up) / 2 + more * most.up) * of_cell};
 }
 
 void Sweep::piece(const LinearForm& form, const End& a, const End& b, int depth) noexcept {
@@ -223,37 +248,20 @@ void Sweep::piece(const LinearForm& form, const End& a, const End& b, int depth)
   SlabCoord start = a.known ? a.at : b.known ? b.at : middle_;
   if (a.known && b.known) {
     start = {slab_, (a.at.u + b.at.u) / 2, (a.at.v + b.at.v) / 2, (a.at.alpha + b.at.alpha) / 2};
-    const Vec3d along = form.d + form.e * start.u + form.f * start.v;
-    const Vec3d ju = form.b + form.e * start.alpha, jv = form.c + form.f * start.alpha;
-    const double jacobian = det(ju, jv, along);
-    if (jacobian > 0) {
-      const auto across = [&](Vec3d x) noexcept {
-        return (std::abs(det(x, jv, along)) + std::abs(det(ju, x, along))) / jacobian;
-      };
-      const auto upwards = [&](Vec3d x) noexcept { return std::abs(det(ju, jv, x)) / jacobian; };
-      // How far its course may leave the straight line between its ends: four times the second-order term. How far a
-      // flat micro-triangle may leave the straight line between its samples' coordinates: twice that of a cell in
-      // which alpha goes from 0 to 1.
-      const Vec3d twist = (form.e * (b.at.u - a.at.u) + form.f * (b.at.v - a.at.v)) * (b.at.alpha - a.at.alpha);
-      const double n = surface_.intervals();
-      // A stitched triangle is as long as the edge's intervals are apart.
-      const double longest = 1 + 2 * surface_.stretch();  // cells
-      const double bend = across(twist) * n + kPad;
-      cell_bend_ = longest * (across(form.e) + across(form.f)) / 2;
-      cell_twist_ = longest * (upwards(form.e) + upwards(form.f)) / n;
-      const double bend_alpha = upwards(twist) + kPad;
+    if (const auto bend = bends(form, a, b, start)) {
       // Wholly on the far side of a wall, floor or ceiling?
+      const double n = surface_.intervals(), beyond = bend->way + bend->cell,
+                   above = bend->way_alpha + bend->cell_alpha;
       const Weights wa = weights_of(a.at), wb = weights_of(b.at);
       for (std::size_t k = 0; k < 3; ++k)
-        if (wa[k] * n < -bend - cell_bend_ && wb[k] * n < -bend - cell_bend_) return;
-      const double above = bend_alpha + cell_twist_;
+        if (wa[k] * n < -beyond && wb[k] * n < -beyond) return;
       if ((a.at.alpha < -above && b.at.alpha < -above) || (a.at.alpha > 1 + above && b.at.alpha > 1 + above)) return;
-      const Course course(a, b, surface_.intervals(), bend + surface_.stretch(), bend_alpha);
-      if (across(twist) * n <= 0.5 || depth >= kHalvings) return cells(course);
-      if (!may_meet(course)) return;
+      // Stitching makes it uncertain by so many cells anyway.
+      if (bend->way <= kStraight + surface_.stretch() || depth >= kHalvings) {
+        bend_ = *bend;
+        return cells(Course(a, b, surface_.intervals(), bend->way + surface_.stretch(), bend->way_alpha));
+      }
     }
-  } else if (!a.known && !b.known && depth >= kHalvings / 2) {
-    return;  // too short to come in from there and go out again
   }
   if (depth >= kHalvings) {
     whole_ = true;
@@ -298,27 +306,17 @@ std::optional<Sweep::Stretch> Sweep::over(const Course& line, GridPoint at, int 
   // How far alpha may go in a cell tells how far its flat triangles may be from where it lies in coordinates.
   const double lean = std::abs(heights.slope_i) + std::abs(heights.slope_j);
   const double goes = heights.high - heights.low + lean;
-  Stretch part = {.pad = line.bend + cell_bend_ * goes};
+  Stretch part = {.pad = line.bend + bend_.cell * goes};
   if (!line.narrow_x(at.i - part.pad, at.i + side + part.pad, part.from, part.to) ||
       !line.narrow_y(at.j - part.pad, at.j + side + part.pad, part.from, part.to))
     return std::nullopt;
   // Its height over a sloping plane is linear, too.
-  const double half = side * 0.5, slack = line.bend_alpha + cell_twist_ * goes + part.pad * lean;
+  const double half = side * 0.5, slack = line.bend_alpha + bend_.cell_alpha * goes + part.pad * lean;
   const double rise = line.rise - heights.slope_i * line.dx - heights.slope_j * line.dy;
   const double start = line.alpha - heights.slope_i * (line.x - at.i - half) - heights.slope_j * (line.y - at.j - half);
   const double first = start + rise * part.from, last = start + rise * part.to;
   if (std::max(first, last) + slack < heights.low || std::min(first, last) - slack > heights.high) return std::nullopt;
   return part;
-}
-
-bool Sweep::may_meet(const Course& line) noexcept {
-  bool may = false;
-  squares(0, [&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
-    if (may || !over(line, at, side, heights)) return false;
-    may = level == 0 || side <= kUncertain * line.bend;
-    return !may;
-  });
-  return may;
 }
 
 void Sweep::cells(const Course& line) noexcept {
@@ -403,7 +401,7 @@ void Sweep::test(const std::array<GridPoint, 3>& corners, double low, double hig
   if (!surface_.stitch(triangle.corners)) return;
   const double d0 = surface_.displacement(triangle.corners[0]), d1 = surface_.displacement(triangle.corners[1]),
                d2 = surface_.displacement(triangle.corners[2]);
-  const double least = std::min({d0, d1, d2}), most = std::max({d0, d1, d2}), pad = cell_twist_ * (most - least);
+  const double least = std::min({d0, d1, d2}), most = std::max({d0, d1, d2}), pad = bend_.cell_alpha * (most - least);
   if (most + pad < low || least - pad > high) return;
   surface_.measure(triangle);
   const Vec3d a = triangle.positions[0] - from_, b = triangle.positions[1] - from_, c = triangle.positions[2] - from_;

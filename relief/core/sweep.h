@@ -36,7 +36,7 @@ class Sweep {
   [[nodiscard]] SlabId last_slab() const noexcept { return searched_; }
 
  private:
-  /// A place on the way, and its coordinates in the slab in hand; they are known inside, and mostly outside, too.
+  /// A place on the way, and its coordinates in the slab in hand; they are mostly known.
   struct End {
     double t = 0;
     SlabCoord at;
@@ -49,6 +49,11 @@ class Sweep {
     double enter, leave;
     std::uint32_t number;
     What what;
+  };
+  /// How far the way may be from the straight line between two places on it, and the flat micro-triangles of a cell
+  /// from alpha 0 to 1 from the slab's own: cells along the grid, and alpha.
+  struct Bends {
+    double way, way_alpha, cell, cell_alpha;
   };
   struct Course;
   struct Stretch;
@@ -64,6 +69,10 @@ class Sweep {
   void put_root_part(std::uint32_t number) noexcept;
   void search(Ahead part) noexcept;
   [[nodiscard]] End end(const detail::LinearForm& form, double t, const SlabCoord& start) const noexcept;
+  /// Returns bounds for the part of the way between two places with known coordinates; empty where the slab's shape
+  /// changes too much around the middle of these for any to hold.
+  [[nodiscard]] std::optional<Bends> bends(const detail::LinearForm& form, const End& a, const End& b,
+                                           const SlabCoord& middle) const noexcept;
   /// One part of the way; halved until its course over the grid is nearly straight.
   void piece(const detail::LinearForm& form, const End& a, const End& b, int depth) noexcept;
   /// Finds the part of the segment where the slab's surface may be: between planes along the floor and ceiling of its
@@ -71,8 +80,6 @@ class Sweep {
   [[nodiscard]] bool clip_to_sides(double& enter, double& leave) const noexcept;
   [[nodiscard]] std::optional<Stretch> over(const Course& line, GridPoint at, int side,
                                             const SampleBounds::Between& heights) const noexcept;
-  /// Returns whether the way may meet a square that is small beside how uncertain its line is, or one of the smallest.
-  [[nodiscard]] bool may_meet(const Course& line) noexcept;
   /// Tests the triangles that the way may meet, block by block along it.
   void cells(const Course& line) noexcept;
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
@@ -102,9 +109,7 @@ class Sweep {
   SlabId slab_ = kNoSlab, searched_ = kNoSlab;
   SlabId done_ = kNoSlab;  ///< was searched first
   bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
-  /// By how much the flat micro-triangles of a cell from alpha 0 to 1 may leave the slab's own: cells along the grid,
-  /// and alpha.
-  double cell_bend_ = 0, cell_twist_ = 0;
+  Bends bend_ = {};        ///< of the part of the way in hand
   SlabCoord middle_ = {kNoSlab, 1.0 / 3, 1.0 / 3, 0.5};
   double best_ = 0;
   SurfacePlace found_;
