@@ -36,6 +36,11 @@ struct GridPoint {
 /// Grid point with the given integer weights of corners 0, 1, 2.
 [[nodiscard]] constexpr GridPoint from_weights(const std::array<int, 3>& w) noexcept { return {w[1], w[2]}; }
 
+namespace detail {
+/// Returns whether a grid of n intervals has such a sample.
+[[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
+}  // namespace detail
+
 /// Edge k lies opposite corner k and runs from corner (k+1)%3 to corner (k+2)%3; t = 0..n counts along it.
 [[nodiscard]] constexpr GridPoint edge_point(int n, int k, int t) noexcept {
   std::array<int, 3> w{};

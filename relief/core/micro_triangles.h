@@ -1,7 +1,7 @@
 // The micro-triangles of a snapshot; the one place that knows how they lie side by side.
 #pragma once
 
-#include <relief/core/query.h>
+#include <relief/core/surface_point.h>
 
 #include <algorithm>
 #include <array>
@@ -38,27 +38,6 @@ struct SurfacePlace {
   std::array<double, 3> weights{};  ///< of the triangle's corners
   Vec3d position;                   ///< the point, model units
 };
-
-namespace detail {
-
-[[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
-
-/// Returns the normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones): those
-/// known where they are of the same snapshot. Then they are the known ones.
-[[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
-                                                         const std::array<GridPoint, 3>& cell,
-                                                         CellNormals& known) noexcept;
-
-/// Returns sample_normal() from the triangles around alone, new samples or not.
-[[nodiscard]] Vec3d triangle_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
-
-/// Returns where one stored sample lies, for a slab whose corners are known.
-[[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
-  const auto w = weights(n, at);
-  return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
-}
-
-}  // namespace detail
 
 /// The micro-triangles of one snapshot, stitched where n differs across an edge and without those that are holes;
 /// remembers the slab in hand.

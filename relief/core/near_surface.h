@@ -4,6 +4,7 @@
 #include <relief/base/lanes.h>
 #include <relief/base/triangle.h>
 #include <relief/core/micro_triangles.h>
+#include <relief/core/query.h>
 
 #include <algorithm>
 #include <array>

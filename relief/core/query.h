@@ -2,7 +2,7 @@
 #pragma once
 
 #include <relief/base/progress.h>
-#include <relief/core/snapshot.h>
+#include <relief/core/surface_point.h>
 
 #include <algorithm>
 #include <array>
@@ -11,14 +11,6 @@
 #include <optional>
 
 namespace relief {
-
-/// A place in the shell: weights of the slab's corners are (1-u-v, u, v); alpha is 0 on the inner triangle, 1 on the
-/// outer.
-struct SlabCoord {
-  SlabId slab = kNoSlab;  ///< which slab, or kNoSlab
-  /// place in its triangle, 0 to 1, and along the fibre, 0 inside to 1 outside
-  double u = 0, v = 0, alpha = 0;
-};
 
 namespace detail {
 /// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to a point. Who asks for another takes it off A
@@ -48,14 +40,6 @@ struct SlabInHand {
   SlabId slab = kNoSlab;
   SlabCorners corners = {};
   LinearForm form;  ///< relative to the origin
-};
-
-/// The unit normals at the samples of one cell of one snapshot.
-struct CellNormals {
-  std::uint64_t model = 0;  ///< the snapshot's number
-  SlabId slab = kNoSlab;
-  std::array<GridPoint, 3> corners;
-  std::array<Vec3d, 3> normals;
 };
 
 /// All that probe() reads of one cell of one snapshot.
@@ -92,15 +76,6 @@ struct LocateHint {
 /// the wall in barycentric terms, on its side of it by wall_side().
 [[nodiscard]] bool owns(const SlabMesh& mesh, SlabId slab, Vec3d point) noexcept;
 
-/// Returns where one stored sample lies in space; bit-identical for all copies of a shared sample.
-[[nodiscard]] Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
-/// Returns the position a sample of the slab's displacement grid would have with the given alpha.
-[[nodiscard]] Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept;
-/// Returns the unit normal at a sample: the area-weighted average over the micro-triangles around it in all slabs
-/// (paper, Sec. 3.4). Finer slabs count as if they were as coarse as their neighbours. All copies of a sample get the
-/// same bits. A constrained sample gets the mean of its ends; inside a hole it is zero.
-[[nodiscard]] Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
-
 /// Displacement at (u, v), interpolated from the three nearest samples (paper, Sec. 3.2).
 [[nodiscard]] double displacement_at(const Snapshot& model, SlabId slab, double u, double v) noexcept;
 /// Returns a one-channel layer at (u, v), interpolated likewise; `fallback` where the model has no such layer.
@@ -112,15 +87,7 @@ struct LocateHint {
 /// Returns whether the surface has a hole at (u, v); O(1).
 [[nodiscard]] bool hole_at(const Snapshot& model, SlabId slab, double u, double v) noexcept;
 
-/// A point of the displaced surface.
-struct SurfacePoint {
-  SlabId slab = kNoSlab;  ///< which slab
-  /// place in its triangle, 0 to 1
-  double u = 0, v = 0;
-  double alpha = 0;  ///< the displacement there
-  Vec3d position;    ///< paper, eq. 3: on the fibre at (u, v); on the micro-triangle for closest_point and raycast
-  Vec3d normal;      ///< unit, outwards, interpolated from the three nearest samples
-};
+/// Returns the point at (u, v) of a slab.
 [[nodiscard]] SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept;
 
 /// Holds what the cursor touches (paper, Sec. 3.3 and 3.4).

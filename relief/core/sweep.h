@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/core/micro_triangles.h>
+#include <relief/core/query.h>
 #include <relief/core/sample_bounds.h>
 
 #include <array>
