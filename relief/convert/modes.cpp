@@ -75,6 +75,7 @@ struct ClosedShell {
   Lattice lattice;
   std::size_t openings = 0;                      ///< of which fill triangles are left
   std::optional<ConvertReport::Skin> skin = {};  ///< where parts overlapped
+  ConvertReport::Undecided undecided = {};       ///< of what overlapped
 };
 
 /// Returns what stands in the way of slabs on a solid that was made again with sharp edges: it crosses itself so much
@@ -125,6 +126,7 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
          .pages = open.pages()},
         progress);
     result.skin = source.report;
+    result.undecided = source.undecided;
     // What the skin dropped takes its openings along.
     result.openings = source.report ? count_openings(closed.patches, source.face_of) : openings.count();
     if (!result.made.shell.faces.empty()) {
@@ -262,6 +264,7 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   report.replaced_near = lattice.to_model(repairs.replaced_place);
   report.vanished_parts = repairs.vanished_components;
   report.skin = closed.skin;
+  if (closed.undecided.share > report.undecided.share) report.undecided = closed.undecided;
   report.specks = specks;
   report.left_out = std::move(left_out);
   report.lattice_step = lattice.step / diagonal;
@@ -309,6 +312,8 @@ Status remesh_source(TriangleMesh& mended, double share, Follow follow, const St
                    .is_smooth = follow == Follow::Middle};
   report.repair.parts = made.parts;
   report.repair.boundary_loops = made.rims;
+  report.undecided = {};
+  if (made.undecided >= ConvertReport::Undecided::kTold) report.undecided = {made.undecided, made.undecided_at};
   mended = std::move(made.mesh);
   show_components(show, Stage::Remeshed, mended);
   return {};

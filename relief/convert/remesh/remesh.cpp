@@ -51,7 +51,7 @@ struct SkinSample {
   Vec3d normal;
   bool outer = false;
 };
-std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
+std::vector<SkinSample> spread_over_all(const Skin& skin, std::size_t count) {
   std::vector<double> area = {0};
   const auto corners = [&](std::size_t t) {
     const auto& [a, b, c] = skin.triangles()[t];
@@ -73,6 +73,10 @@ std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
     samples[k].normal = skin.normal(static_cast<std::uint32_t>(t));
     samples[k].outer = skin.is_outer(samples[k].at, samples[k].normal);
   });
+  return samples;
+}
+std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
+  std::vector<SkinSample> samples = spread_over_all(skin, count);
   std::erase_if(samples, [](const SkinSample& s) { return !s.outer; });
   return samples;
 }
@@ -124,6 +128,24 @@ std::size_t drop_crumbs(std::vector<Triangle>& triangles, const Components& part
     if (size[parts.of_face[t]] >= kCrumb) triangles[kept++] = triangles[t];
   triangles.resize(kept);
   return crumbs;
+}
+
+/// Looks for skin beside which winding does not decide. There is none where every edge has a triangle on its other
+/// side.
+void measure_undecided(const Skin& skin, Vec3d origin, double voxel, Remeshed& result) {
+  constexpr std::size_t kSamples = 4000;
+  if (skin.is_closed()) return;
+  const std::vector<SkinSample> samples = spread_over_all(skin, kSamples);
+  std::vector<std::uint8_t> is_decided(samples.size());
+  for_all(samples.size(), 64, {},
+          [&](std::size_t k) { is_decided[k] = skin.is_decided(samples[k].at, samples[k].normal) ? 1 : 0; });
+  std::vector<std::size_t> open;
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    if (is_decided[k] == 0) open.push_back(k);
+  if (open.empty()) return;
+  result.undecided = double(open.size()) / double(samples.size());
+  // The first may be one on an edge of a sound solid, where another face passes beside it.
+  result.undecided_at = origin + samples[open[open.size() / 2]].at * voxel;
 }
 
 /// What is known of the vertices that are still named, and the share of them on the skin.
@@ -199,6 +221,7 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   const Skin& skin = *grown.skin;
   result.voxel = voxel;
   result.sheets = grown.sheets;
+  measure_undecided(skin, origin(), voxel, result);
   if (progress.cancelled()) return cancelled();
 
   progress("remesh", 0.2);

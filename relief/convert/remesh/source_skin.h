@@ -31,6 +31,9 @@ class Skin {
   /// Returns whether a place of the skin parts inside from outside, `outwards` being a unit direction off the solid;
   /// skin that lies within the solid does not.
   [[nodiscard]] bool is_outer(Vec3d at, Vec3d outwards) const noexcept;
+  /// Returns whether the winding number on either side of a place of the skin differs from one half by more than its
+  /// own error.
+  [[nodiscard]] bool is_decided(Vec3d at, Vec3d outwards) const noexcept;
 
   /// Returns the unit normal of a triangle.
   [[nodiscard]] Vec3d normal(std::uint32_t triangle) const noexcept;

@@ -191,6 +191,7 @@ std::set<std::string> notes_of_conversions() {
     add([&](ConvertReport& r) { r.split_high_valence = n; });
     add([&](ConvertReport& r) { r.truncated_spikes = n; });
     add([&](ConvertReport& r) { r.specks = n; });
+    add([](ConvertReport& r) { r.undecided = {0.18, {1, 2, 3}}; });
     add([&](ConvertReport& r) { r.slabs = n, r.slabs_asked = r.slabs_too_coarse = 1, r.error = 1e-4; });
     for (int kind = 0; kind <= static_cast<int>(detail::DefectKind::Fold); ++kind) {
       const detail::Obstacle obstacle = {.kind = static_cast<detail::DefectKind>(kind), .place = {}, .count = n};
