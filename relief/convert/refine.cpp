@@ -2,6 +2,7 @@
 #include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/refine.h>
 #include <relief/convert/room.h>
 #include <relief/core/detail.h>
@@ -388,7 +389,7 @@ Status make_anew(const Model& model, Refined& result, const Progress& progress) 
   settings.unit = model.info.unit;
   if (model.info.mode != Mode::Preview) settings.mode = model.info.mode;
   TriangleMesh surface = to_mesh(*model.head, 0, {.report = {}, .cancel = progress.cancel});
-  if (progress.cancelled()) return fail(Errc::Cancelled, "the work was cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   RELIEF_TRY(Conversion made, convert(std::move(surface), settings, progress));
   SnapshotDraft draft(made.model.head);
   bring_layers(*model.head, draft, progress);
@@ -415,7 +416,7 @@ Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr&
   if (where == RefineWhere::Model && made != nullptr && made->content_hash() == model.head->content_hash())
     return result;
   const std::vector<WornSample> worn = find_worn(*model.head, made, progress);
-  if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   result.saturated_before = result.saturated_after = worn.size();
   switch (where) {
     case RefineWhere::Saturated:
@@ -432,7 +433,7 @@ Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr&
       RELIEF_CHECK(make_anew(model, result, progress));
       break;
   }
-  if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   return result;
 }
 

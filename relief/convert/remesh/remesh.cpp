@@ -1,3 +1,4 @@
+#include <relief/convert/failures.h>
 #include <relief/convert/geometry/components.h>
 #include <relief/convert/geometry/half_edges.h>
 #include <relief/convert/remesh/contour_fit.h>
@@ -191,7 +192,6 @@ TriangleMesh to_model(const FittedMesh& mesh, Vec3d origin, double voxel) {
 }  // namespace
 
 Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow, const Progress& progress) {
-  const auto cancelled = [] { return fail(Errc::Cancelled, "remeshing was cancelled."); };
   const Box3d box = bounds(source);
   const double across = diagonal(box), area = area_of(source.positions, source.triangles);
   const double finest = std::max(across / 4096, std::sqrt(area / kMostVoxels));
@@ -200,9 +200,7 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
     voxel =
         std::max(std::min(median_edge(source), std::max(across * kCoarsest, finest)), std::sqrt(area / kManyVoxels));
   } else if (voxel < finest) {
-    return fail(Errc::InvalidArgument, "the voxels to remesh with are too small; this source can take " +
-                                           std::to_string(std::ceil(finest / across * 1e6) / 1e6) +
-                                           " of its diagonal or more.");
+    return voxels_too_small(finest / across);
   }
   progress("remesh", 0);
   Remeshed result;
@@ -222,28 +220,27 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   result.voxel = voxel;
   result.sheets = grown.sheets;
   measure_undecided(skin, origin(), voxel, result);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Remesh);
 
   progress("remesh", 0.2);
   const auto grid = HermiteGrid::around(skin, progress);
-  if (!grid) return cancelled();
+  if (!grid) return cancelled(Work::Remesh);
   progress("remesh", 0.5);
   FittedMesh mesh = fit(contour(*grid, skin, progress), *grid, skin, follow, progress);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Remesh);
   progress("remesh", 0.7);
   constexpr int kRounds = 4;  // without a fold a crease may be seen that was hidden by it
   for (int round = 0; round < kRounds && follow == Follow::Skin; ++round) {
-    if (!insert_creases(mesh, *grid, skin, progress)) return cancelled();
+    if (!insert_creases(mesh, *grid, skin, progress)) return cancelled(Work::Remesh);
     if (!mend_folds(mesh, skin, progress)) break;
   }
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Remesh);
   const Components parts = find_components(mesh.positions.size(), mesh.triangles);
   result.crumbs = drop_crumbs(mesh.triangles, parts);
-  if (mesh.triangles.empty())
-    return fail(Errc::Corrupt, "nothing of the source is as large as the voxels that it is remeshed with.");
+  if (mesh.triangles.empty()) return nothing_as_large_as_voxels();
   progress("remesh", 0.9);
   measure(mesh, skin, voxel, result);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Remesh);
   result.mesh = to_model(mesh, origin(), voxel);
   result.mesh.unit = source.unit;
   result.parts = parts.count - result.crumbs;
