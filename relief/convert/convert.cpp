@@ -45,18 +45,24 @@ class PhaseClock {
   Stopwatch watch_;
 };
 
+// What settings may be, shares of the diagonal; outside_range() says it.
+constexpr double kLeastError = 1e-7;  // a sample is exact to 6e-8 of its fibre, which may be as long as the diagonal
+constexpr double kFinestVoxel = 1e-5, kCoarsestVoxel = 0.1;  // finer than any source can take; hardly a shape is left
+constexpr double kThinnest = kUsualError;                    // shorter fibres hold no more than is missed anyway
+
 Status check(const ConvertSettings& settings) {
   if (settings.slabs < 4 || settings.slabs > 1'000'000) return outside_range(Setting::Slabs, settings.slabs);
   if (settings.intervals < 0 || settings.intervals > kMaxIntervals)
     return outside_range(Setting::Intervals, settings.intervals);
-  if (settings.error && !(*settings.error >= 1e-7 && *settings.error <= 1))
+  if (settings.error && !(*settings.error >= kLeastError && *settings.error <= 1))
     return outside_range(Setting::Error, *settings.error);
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside_range(Setting::ColourIntervals, settings.colour_intervals);
-  if (settings.remesh && !(*settings.remesh == 0 || (*settings.remesh >= 1e-5 && *settings.remesh <= 0.1)))
+  if (settings.remesh &&
+      !(*settings.remesh == 0 || (*settings.remesh >= kFinestVoxel && *settings.remesh <= kCoarsestVoxel)))
     return outside_range(Setting::Voxel, *settings.remesh);
   if (settings.mode == Mode::Preview) return no_mode_to_convert_to();
-  if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
+  if (!(settings.thickness >= kThinnest && settings.thickness <= 1))
     return outside_range(Setting::Thickness, settings.thickness);
   return {};
 }
@@ -210,8 +216,11 @@ Result<Mode> mode_of(const Ground& ground, const ConvertSettings& settings, cons
   return certified_something_else(report);
 }
 
+// Model units across: between them the eighth power of a length is a normal double.
+constexpr double kSmallest = 1e-36, kLargest = 1e36;
+
 Status check_size(double across) {
-  if (std::isfinite(across) && across >= 1e-36 && across <= 1e36) return {};
+  if (std::isfinite(across) && across >= kSmallest && across <= kLargest) return {};
   return size_out_of_bounds(across);
 }
 

@@ -81,9 +81,8 @@ struct ClosedShell {
 /// Returns what stands in the way of slabs on a solid that was made again with sharp edges: it crosses itself so much
 /// that cutting would take long, and a smooth one has no such places.
 std::optional<Obstacle> crosses_too_much(const ClosedSource& solid, const Overlaps& overlaps) {
-  constexpr double kMost = 0.03;  // of the faces: as much as patches may replace
   const std::size_t pairs = overlaps.between + overlaps.within;
-  if (double(pairs) <= kMost * double(solid.faces.size())) return std::nullopt;
+  if (double(pairs) <= kMostReplaced * double(solid.faces.size())) return std::nullopt;
   return Obstacle{DefectKind::SelfIntersection, solid.points[solid.faces[overlaps.first][0]],
                   find_components(solid.points.size(), solid.faces).of_face[overlaps.first], pairs};
 }
@@ -418,7 +417,7 @@ CagePtr tolerate(Ground& ground, const RepairedAgain& repaired, const ConvertSet
                  ConvertReport& report, const Progress& progress) {
   // Shares of a solid's area that may be outside its slabs: little at first, as patches may replace, and in the end
   // what still leaves something to know it by.
-  constexpr double kFew = 0.03, kMany = 0.25;
+  constexpr double kFew = kMostReplaced, kMany = 0.25;
   constexpr std::array<Solid, 6> kSolids = {
       {{1.0 / 150, kFew}, {0.01, kFew}, {0.02, kFew}, {0.04, kFew}, {0.08, kFew}, {0.08, kMany}}};
   constexpr std::size_t kAlways = 20'000;  // triangles that a solid may have, however few the source has

@@ -165,6 +165,9 @@ constexpr double kClayWanted = 0.08;
 /// Share of a slab's samples at an end of their fibres from which on it gets room.
 constexpr double kSaturatedShare = 0.01;
 
+/// Radius of a solid that wants room, at least, share of the diagonal: a single sample is a point.
+constexpr double kLeastRadius = 1e-3;
+
 /// One solid for each end of the fibres of a slab that has run out there, as wide as what has.
 void want_room(const SlabMesh& mesh, std::span<const WornSample> of_slab, double diagonal, RoomWanted& wanted) {
   const SlabCorners corners = mesh.corners(of_slab.front().slab);
@@ -174,7 +177,7 @@ void want_room(const SlabMesh& mesh, std::span<const WornSample> of_slab, double
   for (const bool below : {true, false}) {
     const Box3d& box = boxes[below ? 0 : 1];
     if (box.empty()) continue;
-    const double radius = std::max(length(box.extent()) / 2, 1e-3 * diagonal);
+    const double radius = std::max(length(box.extent()) / 2, kLeastRadius * diagonal);
     const Vec3d way = out * (std::max(kClayWanted * diagonal - radius, 0.0) * (below ? -1 : 1));
     (below ? wanted.cut : wanted.fill).push_back({box.centre(), box.centre() + way, radius, out});
   }
@@ -251,6 +254,8 @@ constexpr double kLeanCosine = 0.42261826174069944;
 constexpr double kLeaningShare = 0.05;
 /// A slab that leans has samples so many times nearer at most: as at 75 degrees, where they lie 4 times as far apart.
 constexpr int kMostHalvings = 2;
+/// Share of the distances between neighbours in a slab that its spacing is not below.
+constexpr double kNearlyAll = 0.95;
 /// A tile gets more intervals up to so many, then the slab is cut, as under a tool.
 constexpr int kFineIntervals = 32;
 
@@ -274,7 +279,7 @@ Lie lie_of(const Snapshot& model, SlabId s) {
       ++count;
       leaning += dot(normal, along) < kLeanCosine * length(normal) * length(along) ? 1 : 0;
     }
-  const auto at = edges.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(edges.size() - 1));
+  const auto at = edges.begin() + static_cast<std::ptrdiff_t>(kNearlyAll * static_cast<double>(edges.size() - 1));
   std::ranges::nth_element(edges, at);
   return {static_cast<double>(leaning) > kLeaningShare * static_cast<double>(count), *at};
 }

@@ -242,7 +242,6 @@ RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double dia
   const double reach = 2 * length(worst.way);
   // A cut ends where the ray leaves the form, a fill where it enters it. What is nearer than kNegligible is the surface
   // itself, of which the place is known only so well.
-  constexpr double kNegligible = 1e-4;  // of the diagonal
   RELIEF_ASSERT(diagonal > 0);
   for (double from = kNegligible * diagonal; from < reach;) {
     const auto met = raycast(surface, {worst.near + along * from, along});

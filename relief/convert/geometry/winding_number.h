@@ -16,6 +16,7 @@ namespace relief::detail {
 class WindingNumber {
  public:
   static constexpr double kError = 0.05;  ///< the error stays below about this
+  static constexpr double kInside = 0.5;  ///< more of it counts as inside: halfway between what closed meshes have
 
   /// O(n log n). The points must outlive it.
   WindingNumber(std::span<const Vec3d> points, std::vector<Triangle> triangles);

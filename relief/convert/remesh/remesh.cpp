@@ -9,6 +9,7 @@
 #include <relief/convert/remesh/remesh.h>
 #include <relief/convert/remesh/sheets.h>
 #include <relief/convert/remesh/source_skin.h>
+#include <relief/convert/sample/spread.h>
 #include <relief/convert/support/parallel.h>
 
 #include <algorithm>
@@ -25,7 +26,9 @@ constexpr double kMostVoxels = 2'000'000;
 constexpr double kCoarsest = 1.0 / 150;  ///< default voxel, share of the diagonal
 constexpr double kPerWall = 1.5;     ///< voxels in a thin wall: from one on, no corner of the grid can fail to see it
 constexpr double kThinWalls = 0.02;  ///< share of the area that may be thinner
-constexpr std::size_t kCrumb = 60;   ///< triangles of a part that is left out; a ball of two voxels has about as many
+constexpr std::size_t kFewest = 60;  ///< triangles of a part that stays; a ball of two voxels has about as many
+/// Shares of a remesh's time when a step is done: thick sheets, known crossings, fitted vertices, inserted creases.
+constexpr double kGrown = 0.2, kGridded = 0.5, kFitted = 0.7, kCreased = 0.9;
 /// Voxels from the corner of the grid to the source's box: room for thick sheets, and a fraction that puts faces along
 /// the axes off the grid.
 constexpr Vec3d kMargin = {8.381966011, 8.276393202, 8.447213595};
@@ -66,8 +69,8 @@ std::vector<SkinSample> spread_over_all(const Skin& skin, std::size_t count) {
   for_all(count, 64, {}, [&](std::size_t k) {
     const double at = area.back() * (double(k) + 0.5) / double(count);
     const auto t = static_cast<std::size_t>(std::upper_bound(area.begin(), area.end() - 1, at) - area.begin() - 1);
-    // The R2 sequence (Roberts 2018), folded into the triangle.
-    double u = std::fmod(double(k) * 0.7548776662466927, 1), v = std::fmod(double(k) * 0.5698402909980532, 1);
+    // The R2 sequence, folded into the triangle.
+    double u = std::fmod(double(k) * kFirstStep, 1), v = std::fmod(double(k) * kSecondStep, 1);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const auto [a, b, c] = corners(t);
     samples[k].at = a + (b - a) * u + (c - a) * v;
@@ -122,11 +125,11 @@ Grown grow(const TriangleMesh& source, Vec3d origin, double voxel) {
 std::size_t drop_crumbs(std::vector<Triangle>& triangles, const Components& parts) {
   std::vector<std::size_t> size(parts.count, 0);
   for (const std::uint32_t part : parts.of_face) ++size[part];
-  const auto crumbs = static_cast<std::size_t>(std::ranges::count_if(size, [](std::size_t s) { return s < kCrumb; }));
+  const auto crumbs = static_cast<std::size_t>(std::ranges::count_if(size, [](std::size_t s) { return s < kFewest; }));
   if (crumbs == size.size()) return 0;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t)
-    if (size[parts.of_face[t]] >= kCrumb) triangles[kept++] = triangles[t];
+    if (size[parts.of_face[t]] >= kFewest) triangles[kept++] = triangles[t];
   triangles.resize(kept);
   return crumbs;
 }
@@ -222,13 +225,13 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   measure_undecided(skin, origin(), voxel, result);
   if (progress.cancelled()) return cancelled(Work::Remesh);
 
-  progress("remesh", 0.2);
+  progress("remesh", kGrown);
   const auto grid = HermiteGrid::around(skin, progress);
   if (!grid) return cancelled(Work::Remesh);
-  progress("remesh", 0.5);
+  progress("remesh", kGridded);
   FittedMesh mesh = fit(contour(*grid, skin, progress), *grid, skin, follow, progress);
   if (progress.cancelled()) return cancelled(Work::Remesh);
-  progress("remesh", 0.7);
+  progress("remesh", kFitted);
   constexpr int kRounds = 4;  // without a fold a crease may be seen that was hidden by it
   for (int round = 0; round < kRounds && follow == Follow::Skin; ++round) {
     if (!insert_creases(mesh, *grid, skin, progress)) return cancelled(Work::Remesh);
@@ -238,7 +241,7 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   const Components parts = find_components(mesh.positions.size(), mesh.triangles);
   result.crumbs = drop_crumbs(mesh.triangles, parts);
   if (mesh.triangles.empty()) return nothing_as_large_as_voxels();
-  progress("remesh", 0.9);
+  progress("remesh", kCreased);
   measure(mesh, skin, voxel, result);
   if (progress.cancelled()) return cancelled(Work::Remesh);
   result.mesh = to_model(mesh, origin(), voxel);

@@ -36,7 +36,7 @@ bool Skin::is_outer(Vec3d at, Vec3d outwards) const noexcept {
 }
 
 bool Skin::is_decided(Vec3d at, Vec3d outwards) const noexcept {
-  const auto is_clear = [&](Vec3d p) { return std::abs(winding(p) - 0.5) > WindingNumber::kError; };
+  const auto is_clear = [&](Vec3d p) { return std::abs(winding(p) - WindingNumber::kInside) > WindingNumber::kError; };
   return is_clear(at - outwards * kBeside) && is_clear(at + outwards * kBeside);
 }
 

@@ -27,7 +27,7 @@ class Skin {
   [[nodiscard]] bool is_closed() const noexcept { return is_closed_; }
 
   [[nodiscard]] double winding(Vec3d p) const noexcept { return winding_.at(p); }
-  [[nodiscard]] bool is_inside(Vec3d p) const noexcept { return winding(p) > 0.5; }
+  [[nodiscard]] bool is_inside(Vec3d p) const noexcept { return winding(p) > WindingNumber::kInside; }
   /// Returns whether a place of the skin parts inside from outside, `outwards` being a unit direction off the solid;
   /// skin that lies within the solid does not.
   [[nodiscard]] bool is_outer(Vec3d at, Vec3d outwards) const noexcept;
