@@ -13,6 +13,7 @@ With --before PROGRAM, an older program converts each model first, in the same r
 content, distances, CPU seconds and memory. --json prints all of it, with the goals, in place of the table.
 With --every, all files of the folders are converted, whatever they are, with the command's own N and n: each must become a model that
 holds or be refused with one sentence, within 30 CPU seconds and 2 GiB.
+Scans of the list that no folder holds have no row; a sentence below the table names them.
 Exit status: 0 when every model was converted (with --every, or refused) and holds, 1 when one was not or breaks a must (its row says why), 2 wrong usage.
 """
 
@@ -251,18 +252,28 @@ def markdown(rows, options):
     return "\n".join(text + ([""] + reasons if reasons else [])) + "\n"
 
 
-def write(rows, options):
+def said_skipped(skipped, folders):
+    """A sentence on the scans of the list that have no row; none where all have one."""
+    if not skipped:
+        return ""
+    where = f"not in {', '.join(map(str, folders))}" if folders else "as no folder of scans was given"
+    return f"Skipped, {where}: {', '.join(skipped)}."
+
+
+def write(rows, skipped, options):
     machine = {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count(),
                "load": [round(x, 1) for x in os.getloadavg()]}
     options.out.mkdir(parents=True, exist_ok=True)
-    table = json.dumps({"machine": machine, "rows": rows}, indent=1) + "\n"
+    table = json.dumps({"machine": machine, "rows": rows, "skipped": skipped}, indent=1) + "\n"
+    said = said_skipped(skipped, options.folders)
+    text = markdown(rows, options) + (f"\n{said}\n" if said else "")
     (options.out / "table.json").write_text(table, encoding="utf-8")
-    (options.out / "table.md").write_text(markdown(rows, options), encoding="utf-8")
-    return table
+    (options.out / "table.md").write_text(text, encoding="utf-8")
+    return table, text
 
 
 def models_of(options, parser):
-    """(name, file or None for a sample of Relief's own, slabs) of what the options ask for."""
+    """(name, file or None for a sample of Relief's own, slabs) of what the options ask for, and the names of scans that are not there."""
     if options.every:
         if options.only or options.remesh or not options.folders:
             parser.error("--every takes folders and neither --only nor --remesh")
@@ -270,7 +281,7 @@ def models_of(options, parser):
                  for folder in options.folders for file in sorted(folder.rglob("*")) if file.is_file()]
         if not files:
             parser.error(f"{', '.join(map(str, options.folders))} holds no file")
-        return files
+        return files, []
     known = set(SCANS) | set(OWN)
     if unknown := set(options.only or []) - known:
         parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
@@ -278,7 +289,10 @@ def models_of(options, parser):
     scans = [(name, file) for name, file in find_scans(options.folders) if name in wanted]
     if options.folders and not scans:
         parser.error(f"{', '.join(map(str, options.folders))} holds no scan with a known name: {', '.join(n for n in SCANS if n in wanted)}")
-    return [(name, None, slabs) for name, slabs in OWN.items() if name in wanted] + [(name, file, SCANS[name]) for name, file in scans]
+    there = {name for name, _ in scans}
+    skipped = [name for name in SCANS if name in wanted and name not in there and name not in OWN]
+    return ([(name, None, slabs) for name, slabs in OWN.items() if name in wanted] +
+            [(name, file, SCANS[name]) for name, file in scans]), skipped
 
 
 def holds(row, options):
@@ -307,8 +321,8 @@ def main(arguments):
     for folder in options.folders:
         if not folder.is_dir():
             parser.error(f"{folder} is no folder")
-    models = models_of(options, parser)
-    rows, table = [], ""
+    models, skipped = models_of(options, parser)
+    rows, table, text = [], "", ""
     with tempfile.TemporaryDirectory(prefix="relief-table-") as folder:
         work = pathlib.Path(folder)
         for name, file, slabs in models:
@@ -323,10 +337,10 @@ def main(arguments):
             if before:
                 rows[-1]["before"] = before
                 rows[-1]["changes"] = changes_of(rows[-1])
-            table = write(rows, options)
+            table, text = write(rows, skipped, options)
             if sys.stderr.isatty():
                 print(f"{name}: {rows[-1]['cpu_s']:.2f} CPU s", file=sys.stderr)
-    print(table if options.json else markdown(rows, options), end="")
+    print(table if options.json else text, end="")
     return 0 if all(holds(row, options) for row in rows) else 1
 
 

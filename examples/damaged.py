@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes a damaged scan, for the page on bad scans: damaged.py hole|overlap|strip|scattered FILE.off"""
+"""Makes a damaged scan, for the pages on bad scans: damaged.py hole|overlap|boxes|letters|strip|scattered FILE.off"""
 
 import math
 import random
@@ -23,6 +23,22 @@ def ball(x):
     return [corners for corners in grid(place, 16, 32) if len(set(corners)) == 3]
 
 
+def block(low, high):
+    """A box from one corner to the opposite one."""
+    corner = [tuple((low, high)[k >> axis & 1][axis] for axis in range(3)) for k in range(8)]
+    faces = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+    return [tuple(corner[k] for k in t) for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+
+
+def letters():
+    """L, E and H of strokes that overlap, half sunk in a plate; the foot of the L touches the E."""
+    strokes = ((0, 0, 1, 6), (0.3, 0, 4, 1),
+               (4, 0, 5, 6), (4.3, 0.2, 7, 1.2), (4.3, 2.5, 6.5, 3.5), (4.3, 4.8, 7, 5.8),
+               (8, 0, 9, 6), (8.3, 2.5, 10.8, 3.5), (10.5, 0, 11.5, 6))
+    plate = block((-1, -1, -1.5), (12.5, 7, 0))
+    return plate + [corners for a, b, c, d in strokes for corners in block((a, b, -0.7), (c, d, 1.5))]
+
+
 def strip():
     """A strip of paper, twisted by half a turn and glued: it has one side only."""
     def place(i, j):
@@ -43,6 +59,8 @@ def scattered():
 KINDS = {
     "hole": lambda: [corners for corners in ball(0) if corners[0][2] <= 8],
     "overlap": lambda: ball(0) + ball(8),
+    "boxes": lambda: block((0, 0, 0), (20, 12, 12)) + block((12, 6, 4), (30, 20, 20)),
+    "letters": letters,
     "strip": strip,
     "scattered": scattered,
 }

@@ -176,6 +176,9 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"cut", r.skin->cut},           {"coincident", r.skin->coincident},
                     {"repaired", r.skin->repaired}, {"moved_most", r.skin->moved_most},
                     {"crossing", r.skin->crossing}, {"specks", r.skin->specks}};
+  if (r.undecided.share > 0)
+    json["undecided"] = {{"share", r.undecided.share},
+                         {"near", {r.undecided.near.x, r.undecided.near.y, r.undecided.near.z}}};
   json["mended"] = {{"moved_vertices", r.moved_vertices},      {"moved_most", r.moved_most},
                     {"parted_vertices", r.parted_vertices},    {"replaced_triangles", r.replaced_triangles},
                     {"vanished_parts", r.vanished_parts},      {"specks", r.specks},

@@ -1,6 +1,7 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/modes.h>
 #include <relief/convert/prepare/strays.h>
 #include <relief/convert/report.h>
@@ -44,24 +45,25 @@ class PhaseClock {
   Stopwatch watch_;
 };
 
+// What settings may be, shares of the diagonal; outside_range() says it.
+constexpr double kLeastError = 1e-7;  // a sample is exact to 6e-8 of its fibre, which may be as long as the diagonal
+constexpr double kFinestVoxel = 1e-5, kCoarsestVoxel = 0.1;  // finer than any source can take; hardly a shape is left
+constexpr double kThinnest = kUsualError;                    // shorter fibres hold no more than is missed anyway
+
 Status check(const ConvertSettings& settings) {
-  const auto outside = [](std::string_view what, const std::string& value, std::string_view range) {
-    return fail(Errc::InvalidArgument, std::string(what) + " is " + value + "; it must be " + std::string(range) + ".");
-  };
-  if (settings.slabs < 4 || settings.slabs > 1'000'000)
-    return outside("the number of slabs", std::to_string(settings.slabs), "4 to 1000000");
+  if (settings.slabs < 4 || settings.slabs > 1'000'000) return outside_range(Setting::Slabs, settings.slabs);
   if (settings.intervals < 0 || settings.intervals > kMaxIntervals)
-    return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
-  if (settings.error && !(*settings.error >= 1e-7 && *settings.error <= 1))
-    return outside("the error", number(*settings.error), "1e-7 to 1, a share of the diagonal");
+    return outside_range(Setting::Intervals, settings.intervals);
+  if (settings.error && !(*settings.error >= kLeastError && *settings.error <= 1))
+    return outside_range(Setting::Error, *settings.error);
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
-    return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
-  if (settings.remesh && !(*settings.remesh == 0 || (*settings.remesh >= 1e-5 && *settings.remesh <= 0.1)))
-    return outside("the voxel to remesh with", number(*settings.remesh), "0.00001 to 0.1, a share of the diagonal");
-  if (settings.mode == Mode::Preview)
-    return fail(Errc::InvalidArgument, "preview is no mode to convert to; it must be certified or tolerant.");
-  if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
-    return outside("the thickness", number(settings.thickness), "0.0001 to 1, a share of the diagonal");
+    return outside_range(Setting::ColourIntervals, settings.colour_intervals);
+  if (settings.remesh &&
+      !(*settings.remesh == 0 || (*settings.remesh >= kFinestVoxel && *settings.remesh <= kCoarsestVoxel)))
+    return outside_range(Setting::Voxel, *settings.remesh);
+  if (settings.mode == Mode::Preview) return no_mode_to_convert_to();
+  if (!(settings.thickness >= kThinnest && settings.thickness <= 1))
+    return outside_range(Setting::Thickness, settings.thickness);
   return {};
 }
 
@@ -124,8 +126,7 @@ Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room,
   if ((farthest + room) * 0x1p-51 < lattice.step) return {};  // it is the lattice that sets the step
   const double across = std::sqrt(2 * surface_area(mesh) / double(mesh.triangles.size()));
   if (across >= kLeast * lattice.step) return {};
-  return fail(Errc::Corrupt, "the source lies " + number(farthest) + " from the origin, and its triangles, " +
-                                 number(across) + " across, are too small for that; move it nearer to the origin.");
+  return too_far_from_the_origin(farthest, across);
 }
 
 /// Adds corners of the source: where one lies far off in a thin part, the places spread by area are few. The mended
@@ -212,14 +213,15 @@ double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, con
 Result<Mode> mode_of(const Ground& ground, const ConvertSettings& settings, const ConvertReport& report) {
   if (!ground.tolerant && is_of_the_source(report)) return Mode::Certified;
   if (settings.mode != Mode::Certified) return Mode::Tolerant;
-  return fail(Errc::Unfoldable, not_of_the_source(report) + "; " + remedy(Mode::Certified, true) + ".");
+  return certified_something_else(report);
 }
 
+// Model units across: between them the eighth power of a length is a normal double.
+constexpr double kSmallest = 1e-36, kLargest = 1e36;
+
 Status check_size(double across) {
-  if (std::isfinite(across) && across >= 1e-36 && across <= 1e36) return {};
-  return fail(Errc::Corrupt,
-              "the source is " + number(across) +
-                  " across; coordinates of this size cannot be computed with; scale it to between 1e-36 and 1e36.");
+  if (std::isfinite(across) && across >= kSmallest && across <= kLargest) return {};
+  return size_out_of_bounds(across);
 }
 
 Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& settings, const Progress& progress) {
@@ -357,8 +359,7 @@ Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings,
   try {
     return convert_checked(std::move(source), settings, progress);
   } catch (const std::bad_alloc&) {
-    return fail(Errc::InvalidArgument, "there is not enough memory for " + std::to_string(triangles) +
-                                           " triangles and " + std::to_string(settings.slabs) + " slabs.");
+    return not_enough_memory(triangles, settings.slabs);
   }
 }
 

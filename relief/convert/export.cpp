@@ -2,6 +2,7 @@
 #include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/failures.h>
 #include <relief/core/tessellate.h>
 #include <relief/mesh/export.h>
 
@@ -52,7 +53,7 @@ TriangleMesh to_mesh(const Snapshot& model, int level, const Progress& progress)
 Result<Exported> export_surface(const Snapshot& model, const std::filesystem::path& file, const SurfaceExport& how,
                                 const Progress& progress) {
   TriangleMesh mesh = to_mesh(model, how.level, part_of(progress, "export", 0, kGathered));
-  if (progress.cancelled()) return fail(Errc::Cancelled, printable(file.string()) + ": is not written: cancelled");
+  if (progress.cancelled()) return detail::not_written(file);
   turn(mesh, how.up);
   const ExportSettings settings = {.unit = how.unit, .double_positions = is_far_out(bounds(mesh))};
   RELIEF_CHECK(export_mesh(mesh, file, settings, part_of(progress, "export", kGathered, 1)));

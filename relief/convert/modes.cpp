@@ -75,14 +75,14 @@ struct ClosedShell {
   Lattice lattice;
   std::size_t openings = 0;                      ///< of which fill triangles are left
   std::optional<ConvertReport::Skin> skin = {};  ///< where parts overlapped
+  ConvertReport::Undecided undecided = {};       ///< of what overlapped
 };
 
 /// Returns what stands in the way of slabs on a solid that was made again with sharp edges: it crosses itself so much
 /// that cutting would take long, and a smooth one has no such places.
 std::optional<Obstacle> crosses_too_much(const ClosedSource& solid, const Overlaps& overlaps) {
-  constexpr double kMost = 0.03;  // of the faces: as much as patches may replace
   const std::size_t pairs = overlaps.between + overlaps.within;
-  if (double(pairs) <= kMost * double(solid.faces.size())) return std::nullopt;
+  if (double(pairs) <= kMostReplaced * double(solid.faces.size())) return std::nullopt;
   return Obstacle{DefectKind::SelfIntersection, solid.points[solid.faces[overlaps.first][0]],
                   find_components(solid.points.size(), solid.faces).of_face[overlaps.first], pairs};
 }
@@ -125,6 +125,7 @@ ClosedShell close_and_certify(Paged<TriangleMesh>& open, const ConvertSettings& 
          .pages = open.pages()},
         progress);
     result.skin = source.report;
+    result.undecided = source.undecided;
     // What the skin dropped takes its openings along.
     result.openings = source.report ? count_openings(closed.patches, source.face_of) : openings.count();
     if (!result.made.shell.faces.empty()) {
@@ -262,6 +263,7 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   report.replaced_near = lattice.to_model(repairs.replaced_place);
   report.vanished_parts = repairs.vanished_components;
   report.skin = closed.skin;
+  if (closed.undecided.share > report.undecided.share) report.undecided = closed.undecided;
   report.specks = specks;
   report.left_out = std::move(left_out);
   report.lattice_step = lattice.step / diagonal;
@@ -309,6 +311,8 @@ Status remesh_source(TriangleMesh& mended, double share, Follow follow, const St
                    .is_smooth = follow == Follow::Middle};
   report.repair.parts = made.parts;
   report.repair.boundary_loops = made.rims;
+  report.undecided = {};
+  if (made.undecided >= ConvertReport::Undecided::kTold) report.undecided = {made.undecided, made.undecided_at};
   mended = std::move(made.mesh);
   show_components(show, Stage::Remeshed, mended);
   return {};
@@ -413,7 +417,7 @@ CagePtr tolerate(Ground& ground, const RepairedAgain& repaired, const ConvertSet
                  ConvertReport& report, const Progress& progress) {
   // Shares of a solid's area that may be outside its slabs: little at first, as patches may replace, and in the end
   // what still leaves something to know it by.
-  constexpr double kFew = 0.03, kMany = 0.25;
+  constexpr double kFew = kMostReplaced, kMany = 0.25;
   constexpr std::array<Solid, 6> kSolids = {
       {{1.0 / 150, kFew}, {0.01, kFew}, {0.02, kFew}, {0.04, kFew}, {0.08, kFew}, {0.08, kMany}}};
   constexpr std::size_t kAlways = 20'000;  // triangles that a solid may have, however few the source has

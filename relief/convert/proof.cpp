@@ -1,4 +1,5 @@
 #include <relief/base/try.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/proof.h>
 
 #include <algorithm>
@@ -62,8 +63,7 @@ TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& cert
     const verify::TileCheck found = head.slab_mesh().is_cut()
                                         ? verify::check_tiles(view(roots), view(pieces), tiles, between, was_read)
                                         : verify::check_tiles(view(pieces), tiles, between, was_read);
-    if (found.failure_count > 0)
-      return {"the tiles of " + std::string(name(layer)) + ": " + found.failures.front().what, found.slabs};
+    if (found.failure_count > 0) return {detail::fault_of_tiles(layer, found.failures.front().what), found.slabs};
   }
   return {};
 }
@@ -86,21 +86,21 @@ std::string first_reason(Mode mode, const verify::Certificate& certificate, bool
     if (static_cast<std::size_t>(f.condition) < count && claims(mode, f.condition)) return f.what;
   for (std::size_t k = 0; k < count; ++k)
     if (const auto condition = static_cast<verify::Condition>(k); claims(mode, condition) && !certificate.holds[k])
-      return std::string(verify::name(condition)) + " could not be tested";
-  return "no reason given";
+      return detail::why_not_tested(condition);
+  return detail::no_reason();
 }
 
 Result<verify::Certificate> prove(Conversion& made, const std::optional<Mode>& asked, bool is_remeshed,
                                   const Progress& progress) {
   verify::Certificate certificate = certificate_of(made.model, std::move(made.mended), progress);
   const TileFaults tiles = faults_of_tiles(*made.model.head, certificate, progress);
-  if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   Mode& mode = made.model.info.mode;
   ConvertReport& report = made.report;
   if (mode == Mode::Certified && asked != Mode::Certified && !claim_holds(Mode::Certified, certificate)) {
     // The builder was wrong about its own work: what it made claims less, and says why.
     report.refused = true;
-    report.not_certified = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
+    report.not_certified = detail::why_not_proved(first_reason(Mode::Certified, certificate));
     if (claim_holds(Mode::Tolerant, certificate) &&
         certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
       mode = Mode::Tolerant;
@@ -115,11 +115,8 @@ Result<verify::Certificate> prove(Conversion& made, const std::optional<Mode>& a
     report.not_certified.clear();
   }
   if (!claim_holds(mode, certificate))
-    return fail(Errc::Unfoldable, "the verifier refused the slabs: " + first_reason(mode, certificate) + "; " +
-                                      remedy(asked.value_or(mode), is_remeshed) + ".");
-  if (!tiles.first.empty())
-    return fail(Errc::Unfoldable, "the verifier refused the samples: " + tiles.first +
-                                      "; this is a fault of Relief's, which other --samples may avoid.");
+    return detail::slabs_refused(first_reason(mode, certificate), asked.value_or(mode), is_remeshed);
+  if (!tiles.first.empty()) return detail::samples_refused(tiles.first);
   return certificate;
 }
 

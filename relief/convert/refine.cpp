@@ -2,6 +2,7 @@
 #include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/refine.h>
 #include <relief/convert/room.h>
 #include <relief/core/detail.h>
@@ -164,6 +165,9 @@ constexpr double kClayWanted = 0.08;
 /// Share of a slab's samples at an end of their fibres from which on it gets room.
 constexpr double kSaturatedShare = 0.01;
 
+/// Radius of a solid that wants room, at least, share of the diagonal: a single sample is a point.
+constexpr double kLeastRadius = 1e-3;
+
 /// One solid for each end of the fibres of a slab that has run out there, as wide as what has.
 void want_room(const SlabMesh& mesh, std::span<const WornSample> of_slab, double diagonal, RoomWanted& wanted) {
   const SlabCorners corners = mesh.corners(of_slab.front().slab);
@@ -173,7 +177,7 @@ void want_room(const SlabMesh& mesh, std::span<const WornSample> of_slab, double
   for (const bool below : {true, false}) {
     const Box3d& box = boxes[below ? 0 : 1];
     if (box.empty()) continue;
-    const double radius = std::max(length(box.extent()) / 2, 1e-3 * diagonal);
+    const double radius = std::max(length(box.extent()) / 2, kLeastRadius * diagonal);
     const Vec3d way = out * (std::max(kClayWanted * diagonal - radius, 0.0) * (below ? -1 : 1));
     (below ? wanted.cut : wanted.fill).push_back({box.centre(), box.centre() + way, radius, out});
   }
@@ -250,6 +254,8 @@ constexpr double kLeanCosine = 0.42261826174069944;
 constexpr double kLeaningShare = 0.05;
 /// A slab that leans has samples so many times nearer at most: as at 75 degrees, where they lie 4 times as far apart.
 constexpr int kMostHalvings = 2;
+/// Share of the distances between neighbours in a slab that its spacing is not below.
+constexpr double kNearlyAll = 0.95;
 /// A tile gets more intervals up to so many, then the slab is cut, as under a tool.
 constexpr int kFineIntervals = 32;
 
@@ -273,7 +279,7 @@ Lie lie_of(const Snapshot& model, SlabId s) {
       ++count;
       leaning += dot(normal, along) < kLeanCosine * length(normal) * length(along) ? 1 : 0;
     }
-  const auto at = edges.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(edges.size() - 1));
+  const auto at = edges.begin() + static_cast<std::ptrdiff_t>(kNearlyAll * static_cast<double>(edges.size() - 1));
   std::ranges::nth_element(edges, at);
   return {static_cast<double>(leaning) > kLeaningShare * static_cast<double>(count), *at};
 }
@@ -388,7 +394,7 @@ Status make_anew(const Model& model, Refined& result, const Progress& progress) 
   settings.unit = model.info.unit;
   if (model.info.mode != Mode::Preview) settings.mode = model.info.mode;
   TriangleMesh surface = to_mesh(*model.head, 0, {.report = {}, .cancel = progress.cancel});
-  if (progress.cancelled()) return fail(Errc::Cancelled, "the work was cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   RELIEF_TRY(Conversion made, convert(std::move(surface), settings, progress));
   SnapshotDraft draft(made.model.head);
   bring_layers(*model.head, draft, progress);
@@ -415,7 +421,7 @@ Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr&
   if (where == RefineWhere::Model && made != nullptr && made->content_hash() == model.head->content_hash())
     return result;
   const std::vector<WornSample> worn = find_worn(*model.head, made, progress);
-  if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   result.saturated_before = result.saturated_after = worn.size();
   switch (where) {
     case RefineWhere::Saturated:
@@ -432,7 +438,7 @@ Result<Refined> refine(const Model& model, RefineWhere where, const SnapshotPtr&
       RELIEF_CHECK(make_anew(model, result, progress));
       break;
   }
-  if (progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  if (progress.cancelled()) return detail::cancelled(detail::Work::Other);
   return result;
 }
 

@@ -280,6 +280,9 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
          " had faces without a common front-facing direction and long edges: the tips, at most 0.002 of the diagonal "
          "long, were cut off "
          "and closed with patches");
+  if (report.undecided.share > 0)
+    note("winding does not tell inside from outside for " + percent(report.undecided.share) +
+         " of the surface, as near " + place_in(report.undecided.near, info) + "; such sheets may be missing");
   for (const ConvertReport::LeftOut& speck : report.left_out) note(left_out(speck, report.lattice_step, info));
   if (report.specks > report.left_out.size())
     note(std::to_string(report.specks - report.left_out.size()) + " more such" +

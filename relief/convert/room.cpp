@@ -1,5 +1,6 @@
 #include <relief/base/assert.h>
 #include <relief/base/try.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/room.h>
 #include <relief/convert/room/fibre_lengthening.h>
 #include <relief/convert/room/old_surface.h>
@@ -61,7 +62,7 @@ std::vector<SlabId> slabs_around(const SlabMesh& mesh, std::span<const MovedFibr
 Result<SlabMesh> with_fibres(const SlabMesh& mesh, std::span<const MovedFibre> moved) {
   std::vector<Fibre> fibres(mesh.root_fibres().begin(), mesh.root_fibres().end());
   for (const MovedFibre& m : moved) {
-    if (m.fibre >= fibres.size()) return fail(Errc::Corrupt, "the room was made for another cage.");
+    if (m.fibre >= fibres.size()) return no_room(NoRoom::OtherCage);
     fibres[m.fibre] = m.now;
   }
   return mesh.with_root_fibres(std::move(fibres));
@@ -201,9 +202,7 @@ Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& 
 
 Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
                            const Progress& progress) {
-  if (!is_usable(wanted, goals))
-    return fail(Errc::InvalidArgument,
-                "the solids that want room, or the goals for it, are not numbers that make sense.");
+  if (!is_usable(wanted, goals)) return no_room(NoRoom::NoNumbers);
   RoomGoals within = goals;
   if (goals.for_tools) within.most_moved = may_move(wanted, goals);
   RELIEF_TRY(RoomMade made, room_between_roots(surface, wanted, within, progress));
@@ -224,7 +223,7 @@ Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) 
   std::array<std::unordered_map<SlabId, TilePtr>, kLayerCount> fresh;
   for (const MovedTile& t : made.tiles) {
     if (t.slab >= shared->slab_count() || !before.has(t.layer) || !t.tile->same_shape(before.tile(t.layer, t.slab)))
-      return fail(Errc::Corrupt, "the room was made for another model.");
+      return no_room(NoRoom::OtherModel);
     fresh[static_cast<std::size_t>(t.layer)][t.slab] = t.tile;
   }
   return Snapshot::with_cage(before, shared, [&](Layer layer) {
@@ -243,7 +242,6 @@ RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double dia
   const double reach = 2 * length(worst.way);
   // A cut ends where the ray leaves the form, a fill where it enters it. What is nearer than kNegligible is the surface
   // itself, of which the place is known only so well.
-  constexpr double kNegligible = 1e-4;  // of the diagonal
   RELIEF_ASSERT(diagonal > 0);
   for (double from = kNegligible * diagonal; from < reach;) {
     const auto met = raycast(surface, {worst.near + along * from, along});

@@ -24,6 +24,7 @@ struct Skinned {
   ClosedSource source;
   std::vector<std::uint32_t> face_of, part_of;  ///< by face, and by part; no part where there is no skin
   std::optional<ConvertReport::Skin> report = {};
+  ConvertReport::Undecided undecided = {};
 };
 
 /// Returns the source itself where there is no skin, or when cancelled. `of_diagonal`: a lattice step, share of the

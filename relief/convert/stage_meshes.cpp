@@ -12,8 +12,8 @@ constexpr Rgba8 kPlain = {200, 200, 196, 255}, kPatch = {236, 152, 52, 255}, kPh
 
 /// Colours that neighbouring numbers do not share: steps of the golden angle around the wheel.
 Rgba8 colour_of(std::size_t k) {
-  constexpr double kGolden = 0.61803398875;  // of a turn
-  const double hue = 6 * std::fmod(0.58 + double(k) * kGolden, 1.0);
+  constexpr double kFirstHue = 0.58, kGolden = 0.61803398875;  // of a turn: blue, and from one to the next
+  const double hue = 6 * std::fmod(kFirstHue + double(k) * kGolden, 1.0);
   const auto channel = [&](double at) {
     const double away = std::abs(std::remainder(hue - at, 6.0));
     return static_cast<std::uint8_t>(110 + 115 * std::clamp(2 - away, 0.0, 1.0));

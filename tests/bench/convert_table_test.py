@@ -37,6 +37,21 @@ class Table(unittest.TestCase):
         self.assertEqual(run.stdout, text)
         self.assertIn(f"| torus (sample) | 3,000 | {row['convert']['slabs']:,} (200) | certified |", text)
 
+    def test_solids_are_rows_and_scans_that_are_absent_are_named(self):
+        solids = {"bool_coplanar_overlap", "box1", "cup_0.01", "hair_cards", "klein", "outlier_tri", "overlapping_two", "plate_box",
+                  "sunk_8", "text_bars", "thin_hollow_0.01"}
+        self.assertLessEqual(solids, set(convert_table.SCANS))
+        box = "OFF\n8 6 0\n" + "".join(f"{x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1))
+        (self.folder / "box1.off").write_text(box + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n")
+        run = table(self.folder, "--only", "box1", "sunk_8", "klein", "--samples", 7, "--out", self.folder / "out")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        kept = json.loads((self.folder / "out/table.json").read_text())
+        self.assertEqual([(row["model"], row["verified"]) for row in kept["rows"]], [("box1", True)])
+        self.assertEqual(kept["skipped"], ["klein", "sunk_8"])
+        self.assertTrue(run.stdout.endswith(f"\nSkipped, not in {self.folder}: klein, sunk_8.\n"), run.stdout)
+        run = table("--only", "torus", "klein", "--triangles", 3000, "--samples", 7, "--out", self.folder / "out")
+        self.assertTrue(run.stdout.endswith("\nSkipped, as no folder of scans was given: klein.\n"), run.stdout)
+
     def test_an_older_program_is_compared_in_the_same_run(self):
         run = table("--only", "torus", "--triangles", 3000, "--samples", 7, "--out", self.folder, "--json",
                     "--before", os.environ["RELIEF_BIN"])

@@ -94,6 +94,16 @@ class Messages(unittest.TestCase):
     def test_a_message_that_changed(self):
         self.assertEqual(1, len(self.check('fail("{}: there is no file")', "...: no such file")))
 
+    def test_a_sentence_of_an_algorithm(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            (root / check_messages.ENGINE / "support").mkdir(parents=True)
+            for name in (*check_messages.ENGINE_WORDS, "room.cpp"):
+                (root / check_messages.ENGINE / name).write_text('static_assert(a, "kept in bytes");\nfail("no such room");\n')
+            offences = list(check_messages.check_engine(root))
+            self.assertEqual(1, len(offences))
+            self.assertIn("room.cpp: \"no such room\"", offences[0])
+
     def test_a_comment_is_no_message(self):
         self.assertEqual(1, len(self.check('// "no such file"\n', "no such file")))
 

@@ -617,6 +617,10 @@
         <source>%1 triangles have another over it that folds, first near %2</source>
         <translation>%1 Dreiecke haben ein anderes über sich, das sich faltet, zuerst bei %2</translation>
     </message>
+    <message>
+        <source>winding does not tell inside from outside for %1 % of the surface, as near %2; such sheets may be missing</source>
+        <translation>Die Windungszahl unterscheidet bei %1 % der Oberfläche, etwa bei %2, innen nicht von außen; solche Flächen können fehlen</translation>
+    </message>
 </context>
 <context>
     <name>OpenJob</name>

@@ -108,7 +108,8 @@ SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer)
 
 double SlabShape::middle_area() const noexcept {
   const Vec3d a = ends_[0] + ends_[3], b = ends_[1] + ends_[4], c = ends_[2] + ends_[5];
-  return 0.125 * length(cross(b - a, c - a));
+  constexpr double kOfSums = 1.0 / 8;  // the corners are sums of two, and the product is that of a parallelogram
+  return kOfSums * length(cross(b - a, c - a));
 }
 
 bool SlabShape::is_apart(const SourceTriangle& t) const noexcept {

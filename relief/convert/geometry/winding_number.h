@@ -12,10 +12,12 @@
 namespace relief::detail {
 
 /// The generalised winding number [Jacobson et al. 2013]: 1 inside a closed mesh that looks outwards, 0 outside,
-/// between them across a hole. Far triangles count together as a dipole [Barill et al. 2018]; the error stays below
-/// about 0.05.
+/// between them across a hole. Far triangles count together as a dipole [Barill et al. 2018].
 class WindingNumber {
  public:
+  static constexpr double kError = 0.05;  ///< the error stays below about this
+  static constexpr double kInside = 0.5;  ///< more of it counts as inside: halfway between what closed meshes have
+
   /// O(n log n). The points must outlive it.
   WindingNumber(std::span<const Vec3d> points, std::vector<Triangle> triangles);
 

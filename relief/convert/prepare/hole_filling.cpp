@@ -16,12 +16,17 @@ namespace {
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 using Loop = std::vector<std::uint32_t>;
 
+constexpr double kFlattest = 0.01;  // of the squares of its edges: with less area a triangle costs no more
+constexpr double kFlips = 1e-6;     // radians beyond a half turn: else two triangles of a rectangle flip for ever
+constexpr int kMostSweeps = 400;    // of a patch that is drawn taut
+constexpr double kSettled = 1e-3;   // of the mean edge of the rim: a sweep that moves all points less is the last
+
 /// Small for compact triangles, large for long and for flat ones; grows with the area.
 double cost_of(Vec3d a, Vec3d b, Vec3d c) noexcept {
   const Vec3d e = b - a, f = c - b, g = a - c;
   const double squares = dot(e, e) + dot(f, f) + dot(g, g);
   const double area = length(cross(e, f));
-  return squares * squares / std::max(area, 0.01 * squares);
+  return squares * squares / std::max(area, kFlattest * squares);
 }
 
 /// Returns how much dearer a triangle is that folds back over another across their common edge; unit normals, or zero
@@ -232,7 +237,7 @@ class Patch {
         if (i == 3 || j == 3) continue;
         const std::uint32_t u = f[i], v = f[(i + 1) % 3], a = f[(i + 2) % 3], b = g[(j + 2) % 3];
         if (g[j] != v || a == b) continue;
-        if (!(angle_at(a, u, v) + angle_at(b, u, v) > std::numbers::pi + 1e-6)) continue;
+        if (!(angle_at(a, u, v) + angle_at(b, u, v) > std::numbers::pi + kFlips)) continue;
         if (taken(a, b) || joined(a, b)) continue;
         f = {u, b, a};
         g = {b, v, a};
@@ -276,7 +281,7 @@ class Patch {
     }
     double size = 0;
     for (const auto& [v, s] : rim_) size += s / double(rim_.size());
-    for (int sweep = 0; sweep < 400; ++sweep) {
+    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       double most = 0;
       for (std::size_t step = 0; step < around.size(); ++step) {
         const std::size_t k = sweep % 2 == 0 ? step : around.size() - 1 - step;
@@ -286,7 +291,7 @@ class Patch {
         most = std::max(most, length(to - points_[first + k]));
         points_[first + k] = to;
       }
-      if (most < 1e-3 * size) break;
+      if (most < kSettled * size) break;
     }
   }
 

@@ -7,6 +7,11 @@
 #include <utility>
 
 namespace relief::detail {
+namespace {
+
+constexpr std::size_t kLoose = 50;  // faces of a piece that is cut with what held it: about two rings around a vertex
+
+}  // namespace
 
 CutRegion::CutRegion(const SourceIndex& source, const Rings& rings, std::span<const std::uint8_t> patch,
                      std::span<const std::uint32_t> bad, std::size_t around, std::span<const std::uint8_t> heat)
@@ -67,7 +72,6 @@ bool CutRegion::cut_pinched() {
 
 /// Cuts small pieces that have come loose; whether there were any.
 bool CutRegion::cut_crumbs() {
-  constexpr std::size_t kCrumb = 50;        // faces: about as many as two rings around a vertex have
   std::vector<std::uint32_t> large, piece;  // large: faces at the rim of pieces that stay, ascending
   bool any = false;
   for (const std::uint32_t seed : boundary()) {
@@ -78,7 +82,7 @@ bool CutRegion::cut_crumbs() {
       for (std::uint32_t h = 3 * piece[k]; h < 3 * piece[k] + 3; ++h) {
         const std::uint32_t other = rings_.twins[h] / 3;
         if (has(other) || std::find(piece.begin(), piece.end(), other) != piece.end()) continue;
-        is_large = is_large || piece.size() == kCrumb || std::binary_search(large.begin(), large.end(), other);
+        is_large = is_large || piece.size() == kLoose || std::binary_search(large.begin(), large.end(), other);
         piece.push_back(other);
       }
     if (is_large) {

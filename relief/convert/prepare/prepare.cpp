@@ -16,23 +16,23 @@
 namespace relief::detail {
 namespace {
 
-constexpr double kWanted = 0.22;             // visibility; more of it lets the shell become coarser
-constexpr double kLeast = 0.02;              // visibility, about a degree: below it smoothing has to help, or a patch
-constexpr double kLong = 4, kVeryLong = 30;  // edges of spikes, of how far a point may be moved: where they are very
-                                             // long nothing but truncating them helps
-constexpr int kSmoothings = 3;               // settle a few crossings; many do not yield to it
+constexpr double kWanted = 0.22;        // visibility; more of it lets the shell become coarser
+constexpr double kLeast = kHardlySeen;  // visibility: below it smoothing has to help, or a patch
+constexpr double kLong = 4;             // edges of spikes, of how far a point may be moved: truncated if all else fails
+constexpr int kSmoothings = 3;          // settle a few crossings; many do not yield to it
 
 /// How much of what was scanned may be replaced or pushed aside, and what has been replaced. Patches and fill are no
 /// scan: to replace them costs nothing.
 class Budget {
  public:
-  explicit Budget(const ClosedSource& s) : most_faces_(kMost * (double(std::ranges::count(s.patch, 0)) + kFewFaces)) {
+  explicit Budget(const ClosedSource& s)
+      : most_faces_(kMostReplaced * (double(std::ranges::count(s.patch, 0)) + kFewFaces)) {
     for (std::size_t f = 0; f < s.faces.size(); ++f) {
       if (s.patch[f] != 0) continue;
       const Vec3d a = to_double(s.points[s.faces[f][0]]);
       area_ += 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
     }
-    left_area_ = kMost * area_;
+    left_area_ = kMostReplaced * area_;
     left_faces_ = most_faces_;
   }
   [[nodiscard]] bool allows(const SourceEditor::Loss& more) const noexcept {
@@ -66,7 +66,6 @@ class Budget {
   [[nodiscard]] const SourceEditor::Loss& spent() const noexcept { return spent_; }
 
  private:
-  static constexpr double kMost = 0.03;  // of the area, and of the scanned faces where there are many
   // A patch of some rings takes 60 faces: a source of few faces may have one nevertheless.
   static constexpr double kFewFaces = 2000;
   static constexpr double kPushed = 3;  // times as many may meet: solids that lie in each other cannot be pushed apart

@@ -20,6 +20,9 @@ namespace relief::detail {
 /// few of a small one. Where there are more, its outer skin is taken.
 [[nodiscard]] constexpr std::size_t few_to_smooth(std::size_t faces) noexcept { return 200 + faces / 200; }
 
+/// How much patches may replace: share of a source's area, and of its scanned faces where there are many.
+inline constexpr double kMostReplaced = 0.03;
+
 /// Lengths in lattice steps.
 struct PrepareLimits {
   double longest = 0;    ///< fibre that the shell may have

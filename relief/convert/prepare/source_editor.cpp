@@ -18,6 +18,14 @@
 namespace relief::detail {
 namespace {
 
+// Where hardly a direction sees them, fibres may lean less towards the triangles than elsewhere, but by this share of
+// the best visibility, a good part of it.
+constexpr double kHardlySeenSlack = 0.25;
+// Of the way to the mean of its neighbours, how far a step of smoothing takes a point: a marked one, and one around it.
+constexpr double kMarkedStep = 0.5, kAroundStep = 0.1;
+// Weights of a corner and of the sum of all three, for a place near the corner that lies within the face.
+constexpr double kOfCorner = 0.7, kOfSum = 0.1;
+
 std::int8_t sign_of(int sum) noexcept { return static_cast<std::int8_t>(int(sum > 0) - int(sum < 0)); }
 
 }  // namespace
@@ -43,10 +51,6 @@ SourceEditor::SourceEditor(const ClosedSource& given, std::span<const LatticePoi
 }
 
 void SourceEditor::look_at(std::uint32_t v, double wanted, double least) {
-  // Where hardly a direction sees them, fibres may lean less towards the triangles than elsewhere, but by a good part
-  // of what the best direction does.
-  constexpr double kHardly = 0.02, kShare = 0.25;
-  constexpr double kLong = 30;  // of how far a point may be moved: needles of longer edges cannot be made blunt
   thread_local std::vector<Vec3d> normals;
   normals.clear();
   Vec3d sum;
@@ -65,10 +69,10 @@ void SourceEditor::look_at(std::uint32_t v, double wanted, double least) {
   const double visibility = best_direction(normals).visibility;
   if (visibility >= wanted) return;
   const bool stays =
-      !has_moved(v) && visibility < least && visibility >= kNeedle && shortest_edge_at(v) > kLong * farthest_;
+      !has_moved(v) && visibility < least && visibility >= kNeedle && shortest_edge_at(v) > kVeryLong * farthest_;
   if (!stays) sight_[v] = visibility < least ? Sight::Singular : Sight::Poor;
-  if (visibility < kHardly && sight_[v] != Sight::Singular)
-    source_.most_slack[v] = static_cast<float>(kShare * visibility);
+  if (visibility < kHardlySeen && sight_[v] != Sight::Singular)
+    source_.most_slack[v] = static_cast<float>(kHardlySeenSlack * visibility);
 }
 
 /// Returns the same for a vertex that may have changed, with what follows for its triangles.
@@ -167,7 +171,7 @@ std::optional<std::vector<std::uint32_t>> SourceEditor::smooth(std::span<const s
         ++around;
       });
       const Vec3d p = to_double(source_.points[v]);
-      moves.emplace_back(v, within_reach(v, p + (mean / around - p) * (marked_set.has(v) ? 0.5 : 0.1)));
+      moves.emplace_back(v, within_reach(v, p + (mean / around - p) * (marked_set.has(v) ? kMarkedStep : kAroundStep)));
     }
     look = move_to(moves);
     marked.clear();
@@ -225,8 +229,9 @@ bool SourceEditor::find_ways(std::span<const std::uint32_t> bad, const Progress&
         const double shortest = std::min({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
         const Vec3d ahead = source_.normal(ask[k]) * std::max(4 * kLeastHeight, kNear * shortest);
         for (std::size_t c = 0; c < 3; ++c) {
-          const Vec3d at = p[c] * 0.7 + (p[0] + p[1] + p[2]) * 0.1;
-          const bool hollow = winding_->at(at - ahead) < 0.5, buried = winding_->at(at + ahead) > 0.5;
+          const Vec3d at = p[c] * kOfCorner + (p[0] + p[1] + p[2]) * kOfSum;
+          const bool hollow = winding_->at(at - ahead) < WindingNumber::kInside;
+          const bool buried = winding_->at(at + ahead) > WindingNumber::kInside;
           votes[k][c] = static_cast<std::int8_t>(int(hollow) - int(buried));
         }
       }))

@@ -24,6 +24,10 @@ namespace relief::detail {
 /// The least visibility of the tip of a needle or of a point of a knife edge that can stay: about a thousandth of a
 /// degree, which fibres of many lattice steps can keep.
 inline constexpr double kNeedle = 2e-5;
+/// Edges of spikes, of how far a point may be moved: longer ones cannot be made blunt, and only truncating helps.
+inline constexpr double kVeryLong = 30;
+/// Visibility, about a degree: hardly a direction sees the faces around a vertex with less.
+inline constexpr double kHardlySeen = 0.02;
 
 /// A closed source while it is mended. Every step costs what lies near the places that it changes, not what the whole
 /// source has; only the first smoothing looks at all of it. Deterministic.

@@ -29,6 +29,9 @@ constexpr double kReach = 1;         // length of an edge: how far from its midd
 constexpr double kEnd = 0.1;         // share of an edge: an end so near to a crease goes there
 constexpr double kTooNear = 0.01;    // voxels: nearer to an end that lies on a crease there is no other vertex
 constexpr int kRounds = 6;
+// Where the planes that meet in a crease are looked for around the middle of an edge: so far from an end, as a share of
+// the edge; so far beside its middle, and from there so far towards the corner opposite to it.
+constexpr double kFromEnd = 0.2, kBesideMiddle = 0.1, kTowardsCorner = 0.2;
 
 class CreaseInsertion {
  public:
@@ -127,7 +130,7 @@ class CreaseInsertion {
     const Skin::Place near = skin_.nearest((position(p) + position(q)) / 2.0);
     return near.distance > kCurved || (near.distance > kExact && skin_.area(near.triangle) > kLarge);
   }
-  [[nodiscard]] static Vec3d near_start(Vec3d a, Vec3d b) noexcept { return a + (b - a) * 0.2; }
+  [[nodiscard]] static Vec3d near_start(Vec3d a, Vec3d b) noexcept { return a + (b - a) * kFromEnd; }
   /// Returns the crease that edge pq cuts off; r and s are the corners opposite to it.
   [[nodiscard]] std::optional<Crease> crease_at(std::uint32_t p, std::uint32_t q, std::uint32_t r,
                                                 std::uint32_t s) const {
@@ -136,10 +139,10 @@ class CreaseInsertion {
     const Vec3d first = near_start(a, b), second = near_start(b, a);
     const std::array<Vec3d, 6> around = {first,
                                          second,
-                                         middle + along * 0.1 + (position(r) - middle) * 0.2,
-                                         middle - along * 0.1 + (position(r) - middle) * 0.2,
-                                         middle + along * 0.1 + (position(s) - middle) * 0.2,
-                                         middle - along * 0.1 + (position(s) - middle) * 0.2};
+                                         middle + along * kBesideMiddle + (position(r) - middle) * kTowardsCorner,
+                                         middle - along * kBesideMiddle + (position(r) - middle) * kTowardsCorner,
+                                         middle + along * kBesideMiddle + (position(s) - middle) * kTowardsCorner,
+                                         middle - along * kBesideMiddle + (position(s) - middle) * kTowardsCorner};
     std::optional<Crease> crease = meet(around, {a, b}, middle, reach, 3);
     if (!crease) crease = meet(std::array{first, second}, {a, b}, middle, reach, 2);
     if (!crease) crease = corner_beyond(first, second, {a, b}, reach);

@@ -1,3 +1,4 @@
+#include <relief/convert/failures.h>
 #include <relief/convert/geometry/components.h>
 #include <relief/convert/geometry/half_edges.h>
 #include <relief/convert/remesh/contour_fit.h>
@@ -8,6 +9,7 @@
 #include <relief/convert/remesh/remesh.h>
 #include <relief/convert/remesh/sheets.h>
 #include <relief/convert/remesh/source_skin.h>
+#include <relief/convert/sample/spread.h>
 #include <relief/convert/support/parallel.h>
 
 #include <algorithm>
@@ -24,7 +26,9 @@ constexpr double kMostVoxels = 2'000'000;
 constexpr double kCoarsest = 1.0 / 150;  ///< default voxel, share of the diagonal
 constexpr double kPerWall = 1.5;     ///< voxels in a thin wall: from one on, no corner of the grid can fail to see it
 constexpr double kThinWalls = 0.02;  ///< share of the area that may be thinner
-constexpr std::size_t kCrumb = 60;   ///< triangles of a part that is left out; a ball of two voxels has about as many
+constexpr std::size_t kFewest = 60;  ///< triangles of a part that stays; a ball of two voxels has about as many
+/// Shares of a remesh's time when a step is done: thick sheets, known crossings, fitted vertices, inserted creases.
+constexpr double kGrown = 0.2, kGridded = 0.5, kFitted = 0.7, kCreased = 0.9;
 /// Voxels from the corner of the grid to the source's box: room for thick sheets, and a fraction that puts faces along
 /// the axes off the grid.
 constexpr Vec3d kMargin = {8.381966011, 8.276393202, 8.447213595};
@@ -51,7 +55,7 @@ struct SkinSample {
   Vec3d normal;
   bool outer = false;
 };
-std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
+std::vector<SkinSample> spread_over_all(const Skin& skin, std::size_t count) {
   std::vector<double> area = {0};
   const auto corners = [&](std::size_t t) {
     const auto& [a, b, c] = skin.triangles()[t];
@@ -65,14 +69,18 @@ std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
   for_all(count, 64, {}, [&](std::size_t k) {
     const double at = area.back() * (double(k) + 0.5) / double(count);
     const auto t = static_cast<std::size_t>(std::upper_bound(area.begin(), area.end() - 1, at) - area.begin() - 1);
-    // The R2 sequence (Roberts 2018), folded into the triangle.
-    double u = std::fmod(double(k) * 0.7548776662466927, 1), v = std::fmod(double(k) * 0.5698402909980532, 1);
+    // The R2 sequence, folded into the triangle.
+    double u = std::fmod(double(k) * kFirstStep, 1), v = std::fmod(double(k) * kSecondStep, 1);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const auto [a, b, c] = corners(t);
     samples[k].at = a + (b - a) * u + (c - a) * v;
     samples[k].normal = skin.normal(static_cast<std::uint32_t>(t));
     samples[k].outer = skin.is_outer(samples[k].at, samples[k].normal);
   });
+  return samples;
+}
+std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
+  std::vector<SkinSample> samples = spread_over_all(skin, count);
   std::erase_if(samples, [](const SkinSample& s) { return !s.outer; });
   return samples;
 }
@@ -117,13 +125,31 @@ Grown grow(const TriangleMesh& source, Vec3d origin, double voxel) {
 std::size_t drop_crumbs(std::vector<Triangle>& triangles, const Components& parts) {
   std::vector<std::size_t> size(parts.count, 0);
   for (const std::uint32_t part : parts.of_face) ++size[part];
-  const auto crumbs = static_cast<std::size_t>(std::ranges::count_if(size, [](std::size_t s) { return s < kCrumb; }));
+  const auto crumbs = static_cast<std::size_t>(std::ranges::count_if(size, [](std::size_t s) { return s < kFewest; }));
   if (crumbs == size.size()) return 0;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t)
-    if (size[parts.of_face[t]] >= kCrumb) triangles[kept++] = triangles[t];
+    if (size[parts.of_face[t]] >= kFewest) triangles[kept++] = triangles[t];
   triangles.resize(kept);
   return crumbs;
+}
+
+/// Looks for skin beside which winding does not decide. There is none where every edge has a triangle on its other
+/// side.
+void measure_undecided(const Skin& skin, Vec3d origin, double voxel, Remeshed& result) {
+  constexpr std::size_t kSamples = 4000;
+  if (skin.is_closed()) return;
+  const std::vector<SkinSample> samples = spread_over_all(skin, kSamples);
+  std::vector<std::uint8_t> is_decided(samples.size());
+  for_all(samples.size(), 64, {},
+          [&](std::size_t k) { is_decided[k] = skin.is_decided(samples[k].at, samples[k].normal) ? 1 : 0; });
+  std::vector<std::size_t> open;
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    if (is_decided[k] == 0) open.push_back(k);
+  if (open.empty()) return;
+  result.undecided = double(open.size()) / double(samples.size());
+  // The first may be one on an edge of a sound solid, where another face passes beside it.
+  result.undecided_at = origin + samples[open[open.size() / 2]].at * voxel;
 }
 
 /// What is known of the vertices that are still named, and the share of them on the skin.
@@ -169,7 +195,6 @@ TriangleMesh to_model(const FittedMesh& mesh, Vec3d origin, double voxel) {
 }  // namespace
 
 Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow, const Progress& progress) {
-  const auto cancelled = [] { return fail(Errc::Cancelled, "remeshing was cancelled."); };
   const Box3d box = bounds(source);
   const double across = diagonal(box), area = area_of(source.positions, source.triangles);
   const double finest = std::max(across / 4096, std::sqrt(area / kMostVoxels));
@@ -178,9 +203,7 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
     voxel =
         std::max(std::min(median_edge(source), std::max(across * kCoarsest, finest)), std::sqrt(area / kManyVoxels));
   } else if (voxel < finest) {
-    return fail(Errc::InvalidArgument, "the voxels to remesh with are too small; this source can take " +
-                                           std::to_string(std::ceil(finest / across * 1e6) / 1e6) +
-                                           " of its diagonal or more.");
+    return voxels_too_small(finest / across);
   }
   progress("remesh", 0);
   Remeshed result;
@@ -199,28 +222,28 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   const Skin& skin = *grown.skin;
   result.voxel = voxel;
   result.sheets = grown.sheets;
-  if (progress.cancelled()) return cancelled();
+  measure_undecided(skin, origin(), voxel, result);
+  if (progress.cancelled()) return cancelled(Work::Remesh);
 
-  progress("remesh", 0.2);
+  progress("remesh", kGrown);
   const auto grid = HermiteGrid::around(skin, progress);
-  if (!grid) return cancelled();
-  progress("remesh", 0.5);
+  if (!grid) return cancelled(Work::Remesh);
+  progress("remesh", kGridded);
   FittedMesh mesh = fit(contour(*grid, skin, progress), *grid, skin, follow, progress);
-  if (progress.cancelled()) return cancelled();
-  progress("remesh", 0.7);
+  if (progress.cancelled()) return cancelled(Work::Remesh);
+  progress("remesh", kFitted);
   constexpr int kRounds = 4;  // without a fold a crease may be seen that was hidden by it
   for (int round = 0; round < kRounds && follow == Follow::Skin; ++round) {
-    if (!insert_creases(mesh, *grid, skin, progress)) return cancelled();
+    if (!insert_creases(mesh, *grid, skin, progress)) return cancelled(Work::Remesh);
     if (!mend_folds(mesh, skin, progress)) break;
   }
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Remesh);
   const Components parts = find_components(mesh.positions.size(), mesh.triangles);
   result.crumbs = drop_crumbs(mesh.triangles, parts);
-  if (mesh.triangles.empty())
-    return fail(Errc::Corrupt, "nothing of the source is as large as the voxels that it is remeshed with.");
-  progress("remesh", 0.9);
+  if (mesh.triangles.empty()) return nothing_as_large_as_voxels();
+  progress("remesh", kCreased);
   measure(mesh, skin, voxel, result);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Remesh);
   result.mesh = to_model(mesh, origin(), voxel);
   result.mesh.unit = source.unit;
   result.parts = parts.count - result.crumbs;

@@ -3,9 +3,12 @@
 #include <relief/convert/remesh/source_skin.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace relief::detail {
 namespace {
+
+constexpr double kBeside = 0.01;  // voxels: less than parts two skins that count as two, more than rounding
 
 Box3d box_of(const std::vector<Vec3d>& points) {
   Box3d box;
@@ -29,8 +32,12 @@ Skin::Skin(std::vector<Vec3d> points, std::vector<Triangle> triangles)
       is_closed_(has_no_boundary(points_, triangles_)) {}
 
 bool Skin::is_outer(Vec3d at, Vec3d outwards) const noexcept {
-  constexpr double kBeside = 0.01;  // voxels: less than parts two skins that count as two, more than rounding
   return is_inside(at - outwards * kBeside) && !is_inside(at + outwards * kBeside);
+}
+
+bool Skin::is_decided(Vec3d at, Vec3d outwards) const noexcept {
+  const auto is_clear = [&](Vec3d p) { return std::abs(winding(p) - WindingNumber::kInside) > WindingNumber::kError; };
+  return is_clear(at - outwards * kBeside) && is_clear(at + outwards * kBeside);
 }
 
 Vec3d Skin::normal(std::uint32_t triangle) const noexcept {

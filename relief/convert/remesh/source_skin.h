@@ -27,10 +27,13 @@ class Skin {
   [[nodiscard]] bool is_closed() const noexcept { return is_closed_; }
 
   [[nodiscard]] double winding(Vec3d p) const noexcept { return winding_.at(p); }
-  [[nodiscard]] bool is_inside(Vec3d p) const noexcept { return winding(p) > 0.5; }
+  [[nodiscard]] bool is_inside(Vec3d p) const noexcept { return winding(p) > WindingNumber::kInside; }
   /// Returns whether a place of the skin parts inside from outside, `outwards` being a unit direction off the solid;
   /// skin that lies within the solid does not.
   [[nodiscard]] bool is_outer(Vec3d at, Vec3d outwards) const noexcept;
+  /// Returns whether the winding number on either side of a place of the skin differs from one half by more than its
+  /// own error.
+  [[nodiscard]] bool is_decided(Vec3d at, Vec3d outwards) const noexcept;
 
   /// Returns the unit normal of a triangle.
   [[nodiscard]] Vec3d normal(std::uint32_t triangle) const noexcept;

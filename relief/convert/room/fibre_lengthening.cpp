@@ -212,7 +212,6 @@ class Work {
   template <typename EndsOf>
   [[nodiscard]] std::vector<RoomLack> lacks(const ReachWanted& wishes, std::span<const SlabId> slabs,
                                             const Lattice& lattice, EndsOf&& ends, double& overhang) const {
-    constexpr double kNegligible = 1e-4;  // of the diagonal: a tool that keeps so far away misses nothing
     std::vector<RoomLack> all;
     wishes.for_each_lack(ends, [&](const Lacking& l) {
       // What is filled covers nothing: only a tool that takes clay reaches under it.

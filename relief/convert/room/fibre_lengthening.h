@@ -13,6 +13,10 @@
 
 namespace relief::detail {
 
+/// Share of the diagonal: the place of the surface is known only so well (the usual error), and a tool that keeps so
+/// far away misses nothing.
+inline constexpr double kNegligible = 1e-4;
+
 /// Holds what was made of the fibres, and the lattice on which it was tested.
 struct Lengthened {
   Lattice lattice;

@@ -58,7 +58,8 @@ ConvertReport::Coverage measure_coverage(const std::vector<SourcePlace>& places,
     const double step = kBeside * by.diagonal;
     for_all(places.size(), 16, progress, [&](std::size_t k) {
       const auto& [at, n] = places[k];
-      hidden[k] = away[k] > kOn && winding.at(at + n * step) > 0.5 && winding.at(at - n * step) > 0.5;
+      hidden[k] = away[k] > kOn && winding.at(at + n * step) > WindingNumber::kInside &&
+                  winding.at(at - n * step) > WindingNumber::kInside;
     });
   }
   std::vector<std::uint8_t> missing(places.size(), 0);

@@ -1,9 +1,9 @@
 #include <relief/base/paged_memory.h>
 #include <relief/base/try.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/sample/distance.h>
 #include <relief/convert/sample/resolution.h>
 #include <relief/convert/sample/sampled_model.h>
-#include <relief/convert/support/words.h>
 
 #include <algorithm>
 #include <array>

@@ -14,6 +14,11 @@ namespace {
 
 constexpr double kMiddle = Lattice::kSpan / 2;
 constexpr double kScale = 2 / Lattice::kSpan;  // the lattice becomes [-1, 1]
+constexpr double kSlack = 64;                  // steps: more than floats lose of a place in the scene
+constexpr double kEdgeOn = 1e-9;               // sine of a line and a triangle: below it, its neighbours are met
+// Share of a distance, and lengths of the scene: more than floats lose of a radius.
+constexpr double kRadiusSlack = 1e-6;
+constexpr float kLeastRadius = 1e-7F;
 
 Vec3f to_scene(Vec3d p) noexcept { return to_float((p - Vec3d{kMiddle, kMiddle, kMiddle}) * kScale); }
 
@@ -56,7 +61,7 @@ struct SearchRay {
   float far;
 
   SearchRay(const Line& line, double from, double to, Vec3d aside = {}) noexcept
-      : slack(64.0 / length(line.direction)),
+      : slack(kSlack / length(line.direction)),
         start(to_scene(line.origin + line.direction * (from - slack) + aside)),
         along(to_float(line.direction * kScale)),
         far(static_cast<float>(to - from + 2 * slack)) {}
@@ -209,8 +214,7 @@ std::optional<Crossing> SourceRays::crossing_with(std::uint32_t triangle, Vec3d 
   const Vec3d a = point(f[0]) - origin, b = point(f[1]) - origin, c = point(f[2]) - origin;
   const Vec3d n = relief::cross(b - a, c - a);
   const double steep = dot(n, direction);
-  if (!(std::abs(steep) > 1e-9 * length(n) * length(direction)))
-    return std::nullopt;  // edge-on: its neighbours are met
+  if (!(std::abs(steep) > kEdgeOn * length(n) * length(direction))) return std::nullopt;
   const double t = dot(n, a) / steep;
   const Vec3d p = direction * t;
   std::array<double, 3> w = {dot(n, relief::cross(b - p, c - p)), dot(n, relief::cross(c - p, a - p)),
@@ -269,7 +273,7 @@ SourceRays::Nearest SourceRays::nearest(Vec3d p) const {
     const double distance = length(a * w[0] + b * w[1] + c * w[2]);
     if (!(distance < s.best.distance)) return false;
     s.best = {distance, arguments->primID, w};
-    arguments->query->radius = static_cast<float>(distance * kScale * (1 + 1e-6)) + 1e-7F;
+    arguments->query->radius = static_cast<float>(distance * kScale * (1 + kRadiusSlack)) + kLeastRadius;
     return true;
   };
   const Vec3f q = to_scene(p);

@@ -13,10 +13,13 @@
 
 namespace relief::detail {
 
+/// Steps of the R2 sequence (Roberts 2018), which fills the unit square evenly: 1 / g and 1 / g^2, g^3 = g + 1.
+inline constexpr double kFirstStep = 0.7548776662466927, kSecondStep = 0.5698402909980532;
+
 /// Returns the k-th of points that fill a triangle evenly, as weights of its second and third corner.
 [[nodiscard]] inline std::pair<double, double> spread(std::size_t k) noexcept {
-  const double u = std::fmod(0.5 + double(k) * 0.7548776662466927, 1.0);
-  const double v = std::fmod(0.5 + double(k) * 0.5698402909980532, 1.0);
+  const double u = std::fmod(0.5 + double(k) * kFirstStep, 1.0);
+  const double v = std::fmod(0.5 + double(k) * kSecondStep, 1.0);
   return u + v > 1 ? std::pair{1 - u, 1 - v} : std::pair{u, v};
 }
 

@@ -80,7 +80,8 @@ bool Coarsening::sweep(std::size_t stop, const Progress& progress) {
         swept[u] = round;
         if ((slab_count() & 1023U) == 0) {
           if (progress.cancelled()) return false;
-          progress("reduce", 0.6 + 0.2 * (start - double(slab_count())) / (start - double(stop)));
+          progress("reduce",
+                   kCellsSwept + (kAllSwept - kCellsSwept) * (start - double(slab_count())) / (start - double(stop)));
         }
       } else {
         note_tried(h, draft().clock);
@@ -220,7 +221,8 @@ bool Coarsening::reduce(std::size_t target_count, const Progress& progress) {
   const std::size_t floor = std::max<std::size_t>(target_count, 4 * std::size_t{components});
   const double start = double(slab_count());
   const auto report = [&] {
-    progress("reduce", 0.8 + 0.2 * std::log(start / double(slab_count())) / std::log(start / double(target_count)));
+    progress("reduce", kAllSwept + (1 - kAllSwept) * std::log(start / double(slab_count())) /
+                                       std::log(start / double(target_count)));
   };
   int vain = 0;  // the last rounds that removed hardly any
   for (int round = 0; slab_count() > target_count && round < kMostRounds; ++round) {

@@ -12,6 +12,9 @@
 
 namespace relief::detail {
 
+/// Shares of the time that slabs take until the cells of a partition are swept, and until the whole shell is.
+inline constexpr double kCellsSwept = 0.6, kAllSwept = 0.8;
+
 /// Chooses which edges of a patch are collapsed and flipped and which fibres move, and when it is enough.
 class Coarsening {
  public:

@@ -23,11 +23,13 @@ constexpr std::size_t kAxes = 6;
 constexpr double kOpen = 0.05;
 /// Steps of the search in its place.
 constexpr int kBlends = 50;
+/// Of a unit vector along an axis from which on another axis is taken to span a plane across: any below 1 serves.
+constexpr double kAlong = 0.6;
 
 /// Of the triangles `some` those whose normals reach farthest along the axes, to both sides, and the one that leans
 /// farthest from the mean.
 std::vector<std::uint32_t> outermost(const SourceIndex& source, std::span<const std::uint32_t> some, Vec3d mean) {
-  const Vec3d aside = std::abs(mean.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};  // not along the mean
+  const Vec3d aside = std::abs(mean.x) < kAlong ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};  // not along the mean
   const Vec3d e = normalized(cross(mean, aside)), g = cross(mean, e);
   // Four axes at a time; the last two of the eight both point away from the mean.
   std::array<std::array<Lanes, 3>, 2> axes;

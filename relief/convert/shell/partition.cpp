@@ -229,7 +229,7 @@ bool reduce_in_cells(const SourceIndex& source, const Creases& creases, const Bo
     changed[c] = put_back(whole, mine, coarsening);
     const std::size_t finished = ++ready;
     if (std::this_thread::get_id() == caller && level == 0)
-      progress("reduce", 0.6 * double(finished) / double(cells.count()));
+      progress("reduce", kCellsSwept * double(finished) / double(cells.count()));
   });
   if (!done) return false;
   compact(source, whole, changed);

@@ -292,6 +292,10 @@ std::optional<OuterSkin> outer_skin(const ClosedSource& given, const Progress& p
   skin.coincident = arrangement->coincident;
   const auto winding = find_winding(*arrangement, tree, progress);
   if (!winding) return std::nullopt;
+  if (winding->undecided > 0) {
+    skin.undecided = winding->undecided_share;
+    skin.undecided_at = arrangement->nearest(arrangement->pieces[winding->first_undecided].corners[0]);
+  }
   const Boundary boundary(*arrangement, *winding);
   count_faces(*arrangement, boundary, given, skin);
   if (boundary.kept().empty()) {

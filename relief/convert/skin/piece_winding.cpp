@@ -59,6 +59,11 @@ class Winder {
       if (progress.cancelled()) return std::nullopt;
       spread_from(p);
     }
+    if (result_.undecided > 0) {
+      double all = 0;
+      for (std::uint32_t p = 0; p < all_.pieces.size(); ++p) all += area(p);
+      result_.undecided_share = all > 0 ? undecided_area_ / all : 1;
+    }
     return std::move(result_);
   }
 
@@ -162,6 +167,8 @@ class Winder {
       }
     for (const std::uint32_t p : group) result_.in_front[p] = 1 + std::abs(all_.pieces[p].sheets);
     result_.undecided += group.size();
+    for (const std::uint32_t p : group) undecided_area_ += area(p);
+    result_.first_undecided = std::min(result_.first_undecided, first);
   }
 
   [[nodiscard]] double area(std::uint32_t p) const noexcept {
@@ -260,6 +267,7 @@ class Winder {
   const FaceTree& tree_;
   PieceWinding result_;
   std::vector<std::uint8_t> seen_;
+  double undecided_area_ = 0;  // as area()
 };
 
 }  // namespace

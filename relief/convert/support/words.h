@@ -12,8 +12,6 @@
 
 namespace relief::detail {
 
-[[nodiscard]] inline std::unexpected<Error> cancelled() { return fail(Errc::Cancelled, "conversion was cancelled."); }
-
 [[nodiscard]] inline std::string number(double value) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%g", value);

@@ -95,6 +95,30 @@ TEST(Convert, AnOpenSheetInsideABallIsTold) {
   EXPECT_EQ(said.find("left open"), std::string::npos) << said;
 }
 
+// Beside the sheet the box's winding number is one half more or less: which side of it is the solid's is left to
+// chance.
+TEST(Convert, AnOpenSheetThroughABoxIsClosedOrTold) {
+  TriangleMesh mesh = testing::box({1, 1, 1});
+  append(mesh, testing::sheet(8), {-0.3, -0.3, 0.51}, 1.6);
+  const auto closed = convert(mesh, few(60, 8));
+  ASSERT_TRUE(closed) << closed.error().message;
+  EXPECT_EQ(closed->report.closed_openings, 1U);
+  EXPECT_EQ(closed->report.undecided.share, 0);
+
+  ConvertSettings settings = few(60, 8);
+  settings.remesh = 0.02;
+  const auto solid = convert(mesh, settings);
+  ASSERT_TRUE(solid) << solid.error().message;
+  EXPECT_NEAR(solid->report.undecided.share, 1.6 * 1.6 / (6 + 1.6 * 1.6), 0.06);
+  EXPECT_NEAR(solid->report.undecided.near.z, 0.51, 1e-6);
+  EXPECT_TRUE(std::ranges::any_of(solid->report.notes, [](const std::string& note) {
+    return note.starts_with("winding does not tell inside from outside for ");
+  }));
+  const auto box = convert(testing::pierced(testing::ball(40), [](Vec3d p) { return p.z > 0.97; }), settings);
+  ASSERT_TRUE(box) << box.error().message;
+  EXPECT_EQ(box->report.undecided.share, 0) << "a hole is closed";
+}
+
 // A pipe of which one end is sunk in a block and the other, which stays open, is cut in two by a plate.
 TEST(Convert, AnOpeningThatIsCutInTwoIsOneStill) {
   TriangleMesh mesh = testing::box({1, 1, 3});

@@ -1,5 +1,6 @@
 // What a conversion says: of reports made by hand, so that each sentence has its case.
 #include <relief/convert/convert.h>
+#include <relief/convert/failures.h>
 #include <relief/convert/obstacle_text.h>
 #include <relief/convert/report.h>
 #include <relief/convert/support/words.h>
@@ -191,6 +192,7 @@ std::set<std::string> notes_of_conversions() {
     add([&](ConvertReport& r) { r.split_high_valence = n; });
     add([&](ConvertReport& r) { r.truncated_spikes = n; });
     add([&](ConvertReport& r) { r.specks = n; });
+    add([](ConvertReport& r) { r.undecided = {0.18, {1, 2, 3}}; });
     add([&](ConvertReport& r) { r.slabs = n, r.slabs_asked = r.slabs_too_coarse = 1, r.error = 1e-4; });
     for (int kind = 0; kind <= static_cast<int>(detail::DefectKind::Fold); ++kind) {
       const detail::Obstacle obstacle = {.kind = static_cast<detail::DefectKind>(kind), .place = {}, .count = n};
@@ -215,6 +217,44 @@ TEST(Notes, AreThoseOfTheFileThatIsTranslated) {
   const std::set<std::string> made = notes_of_conversions();
   for (const std::string& note : made) EXPECT_TRUE(listed.contains(note)) << "not in the file: " << note;
   for (const std::string& note : listed) EXPECT_TRUE(made.contains(note)) << "never said: " << note;
+}
+
+TEST(Failures, SayWhatAndWhy) {
+  using namespace detail;
+  const auto said = [](const std::unexpected<Error>& error) { return error.error().message; };
+  EXPECT_EQ(said(outside_range(Setting::Slabs, 2000001)), "the number of slabs is 2000001; it must be 4 to 1000000.");
+  EXPECT_EQ(said(outside_range(Setting::Intervals, 129)),
+            "the number of intervals per edge is 129; it must be 1 to 128.");
+  EXPECT_EQ(said(outside_range(Setting::Error, 1e-8)),
+            "the error is 1e-08; it must be 1e-7 to 1, a share of the diagonal.");
+  EXPECT_EQ(said(outside_range(Setting::ColourIntervals, -1)),
+            "the number of colour intervals per edge is -1; it must be 0 to 128.");
+  EXPECT_EQ(said(outside_range(Setting::Voxel, 0.2)),
+            "the voxel to remesh with is 0.2; it must be 0.00001 to 0.1, a share of the diagonal.");
+  EXPECT_EQ(said(outside_range(Setting::Thickness, 2)),
+            "the thickness is 2; it must be 0.0001 to 1, a share of the diagonal.");
+  EXPECT_EQ(said(cancelled()), "conversion was cancelled.");
+  EXPECT_EQ(said(cancelled(Work::Remesh)), "remeshing was cancelled.");
+  EXPECT_EQ(said(cancelled(Work::Other)), "cancelled");
+  EXPECT_EQ(said(not_enough_memory(7, 200)), "there is not enough memory for 7 triangles and 200 slabs.");
+  EXPECT_EQ(said(too_far_from_the_origin(1e14, 0.09)),
+            "the source lies 1e+14 from the origin, and its triangles, 0.09 across, are too small for that; move it "
+            "nearer to the origin.");
+  EXPECT_EQ(said(size_out_of_bounds(1e40)),
+            "the source is 1e+40 across; coordinates of this size cannot be computed with; scale it to between 1e-36 "
+            "and 1e36.");
+  EXPECT_EQ(said(voxels_too_small(0.0002441)),
+            "the voxels to remesh with are too small; this source can take 0.000245 of its diagonal or more.");
+  EXPECT_EQ(said(no_room(NoRoom::OtherCage)), "the room was made for another cage.");
+  EXPECT_EQ(said(no_room(NoRoom::OtherModel)), "the room was made for another model.");
+  EXPECT_EQ(said(slabs_refused("why", Mode::Certified, false)),
+            "the verifier refused the slabs: why; use --remesh or --mode tolerant.");
+  EXPECT_EQ(said(not_written("out\n.ply")), "out\\x0a.ply: is not written: cancelled");
+  EXPECT_EQ(fault_of_tiles(Layer::Colour, "why"), "the tiles of colour: why");
+  EXPECT_EQ(voxels_too_small(1).error().code, Errc::InvalidArgument);
+  EXPECT_EQ(no_room(NoRoom::NoNumbers).error().code, Errc::InvalidArgument);
+  EXPECT_EQ(nothing_as_large_as_voxels().error().code, Errc::Corrupt);
+  EXPECT_EQ(samples_refused("why").error().code, Errc::Unfoldable);
 }
 
 TEST(ToString, OneOfAThingIsSaidAsOne) {

@@ -1,6 +1,7 @@
 // Counted windings are judged by sums of solid angles.
 #include "skin_support.h"
 
+#include <relief/convert/skin/outer_skin.h>
 #include <relief/convert/skin/piece_winding.h>
 
 #include <gtest/gtest.h>
@@ -83,6 +84,41 @@ TEST(PieceWinding, CountsTheHalfEdgesOfARim) {
   TriangleMesh mesh = box_at({1000, 1000, 1000}, {3000, 2000, 1000});
   mesh.triangles.pop_back();
   EXPECT_EQ(Wound(mesh).winding.open, 3U);
+}
+
+/// A triangle of which no place is as wide as the grid on which places to count from lie.
+TriangleMesh needle() {
+  TriangleMesh mesh;
+  mesh.positions = {{1000, 20000000, 3000}, {1000 + 8388608, 20000000 + 8388607, 3000}, {1001, 20000001, 3000}};
+  mesh.triangles = {{0, 1, 2}};
+  return mesh;
+}
+
+TEST(PieceWinding, CountsPartsWithoutAPlaceToCountFrom) {
+  TriangleMesh mesh = box_at({1000, 1000, 1000}, {3000, 2000, 1000});
+  ::relief::testing::append(mesh, needle());
+  const Wound all(mesh);
+  ASSERT_EQ(all.made.pieces.size(), 13U);
+  EXPECT_EQ(all.winding.undecided, 1U);
+  EXPECT_EQ(all.winding.first_undecided, 12U);
+  EXPECT_NEAR(all.winding.undecided_share * 22e6, 0.5, 1e-3);
+  EXPECT_TRUE(all.winding.is_in_solid(all.made.pieces[12], 12, 0));
+  EXPECT_TRUE(all.winding.is_in_solid(all.made.pieces[12], 12, 1));
+}
+
+TEST(OuterSkin, SaysWhatWindingDoesNotDecide) {
+  TriangleMesh mesh = box_at({1000, 1000, 1000}, {3000, 2000, 1000});
+  ::relief::testing::append(mesh, box_at({2000, 2000, 1500}, {3000, 2000, 1000}));
+  const auto decided = outer_skin(source_of(mesh), {});
+  ASSERT_TRUE(decided);
+  EXPECT_EQ(decided->undecided, 0);
+  ::relief::testing::append(mesh, needle());
+  const auto skin = outer_skin(source_of(mesh), {});
+  ASSERT_TRUE(skin);
+  EXPECT_EQ(skin->fault, OuterSkin::Fault::None);
+  EXPECT_GT(skin->undecided, 0);
+  EXPECT_LT(skin->undecided, 1e-6);
+  EXPECT_EQ(skin->undecided_at, source_of(needle()).points[0]);
 }
 
 }  // namespace
