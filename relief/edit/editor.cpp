@@ -1080,7 +1080,10 @@ DabResult Editor::State::apply(const Dab& given) {
 
 // ---- The editor
 
-void StrokeResult::add(const DabResult& dab) noexcept {
+void StrokeResult::add(const DabResult& dab, Vec3d contact) noexcept {
+  if (limited == 0 && dab.limited > 0) limited_at = contact;
+  if (!detail_limited && dab.detail_limited) detail_limited_at = contact;
+  if (!beside && dab.beside) beside_at = contact;
   ++dabs;
   limited += dab.limited;
   slabs_added += dab.slabs_added;
@@ -1136,7 +1139,7 @@ DabResult Editor::dab(const Dab& dab) {
                     state_->brush.radius * dab.size > 0 && dab.size <= 1;
   if (!good) return {};
   const DabResult result = state_->apply(dab);
-  state_->so_far.add(result);
+  state_->so_far.add(result, dab.contact);
   return result;
 }
 
