@@ -792,6 +792,17 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
       share = std::min(share, kernels.room(f, std::as_const(weight).plane(), std::as_const(change).plane(),
                                            start_tile(s).plane(), base.plane(), base.size()));
     }
+  // The sample under the tool ends it all. On the coarse grid of a tip even that one has not all of the weight; what it
+  // lacked went on rising, and the tip became flat.
+  if (share < 1) {
+    float most = 0;
+    for (const SlabId s : reached) {
+      const Tile& base = base_tile(s);
+      weigh(s, frame(s, origin, base.intervals()));
+      most = std::max(most, kernels.largest(std::as_const(weight).plane(), base.size()));
+    }
+    share = 1 - (1 - share) / most;
+  }
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
     find_change(s, frame(s, origin, base.intervals()));
