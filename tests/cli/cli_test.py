@@ -1824,6 +1824,20 @@ class Sculpt(Case):
         self.assertIn(b"cancelled after 2 of 4 strokes, which are saved", err)
         self.assertEqual(self.ok("info", out, "--json").json()["strokes"], 2)
 
+    def test_a_live_tool_makes_samples_as_fine_as_asked(self):
+        added = []
+        for spacing in (0, 0.03):
+            out = self.folder / f"spacing-{spacing}.relief"
+            report = self.ok("sculpt", self.model, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--detail", spacing,
+                             "--seconds", 3, "-o", out, "--json").json()
+            added.append(sum(s["samples_added"] for s in report["stroke_results"]))
+            with contextlib.closing(sqlite3.connect(out)) as database:
+                texts = [json.loads(row[0]) for row in database.execute("SELECT details FROM strokes WHERE number > 0")]
+            self.assertTrue(texts)
+            self.assertEqual({text["detail"] for text in texts}, {spacing})
+        self.assertEqual(added[0], 0, "0 keeps the grid")
+        self.assertGreater(added[1], 1000)
+
     def test_live_strokes_are_in_the_model_and_can_be_played_again(self):
         out, again, record = self.folder / "live.relief", self.folder / "again.relief", self.folder / "live.rlog"
         report = self.ok("sculpt", self.model, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--symmetry", "x",
@@ -1872,7 +1886,8 @@ class Sculpt(Case):
         self.assertFalse((self.folder / "none.relief").exists(), "refused before the model is copied")
         for options, word in ((["--tool", "crave"], "the nearest is carve"),
                               (["--tool", "clay", "--falloff", "cubic"], "own, linear"),
-                              (["--tool", "carve", "--strength", "2"], "2 is not in 0 to 1")):
+                              (["--tool", "carve", "--strength", "2"], "2 is not in 0 to 1"),
+                              (["--tool", "paint", "--detail", "0.6"], "0.6 is not in 0 to 0.5")):
             self.assert_failed(Run(*live, *options), 2, word)
         for options in ([], ["--strokes", "S.json", "--tool", "carve"]):
             self.assert_failed(Run(*live, *options), 2)

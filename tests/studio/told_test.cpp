@@ -146,6 +146,17 @@ TEST_F(ToldTest, AGridThatStaysTooCoarse) {
   says(status());
 }
 
+// The same tool where the grid is to stay as it is: nothing is wanted of it.
+TEST_F(ToldTest, AGridThatIsToStayIsNotTold) {
+  auto* spacing = window.findChild<ValueBar*>("setting-detail");
+  ASSERT_NE(spacing, nullptr);
+  EXPECT_EQ(spacing->text(), "8.3 %");
+  set("setting-detail", 0);
+  EXPECT_EQ(spacing->text(), "0.0 %");
+  touch_the_sheet(0);
+  EXPECT_FALSE(status().contains("stays coarser")) << status().toStdString();
+}
+
 TEST_F(ToldTest, AGridThatIsFineEnoughIsNotTold) {
   touch_the_sheet(0.15);
   EXPECT_FALSE(status().contains("stays coarser")) << status().toStdString();
