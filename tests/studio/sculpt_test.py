@@ -459,6 +459,7 @@ class Limits(OneStudio):
         why = [words for words in told if words.startswith(("The form is ", "The tool goes ", "The clay ends at "))]
         self.assertTrue(why, told)
         self.assertEqual(told[-1], why[-1], "the reason is what stays to be read")
+        self.assertRegex(why[-1], r"\(-?[\d.]+, -?[\d.]+, -?[\d.]+\)\xa0mm", "and the place")
         # It is read on the screen, by a screen reader, and in the status line.
         self.assertEqual(s.described("Status", "label"), why[-1])
         area = studio.rect(s.find(why[-1], "notification"))
