@@ -38,27 +38,38 @@ struct SculptOptions : LiveOptions {
 
 // ---- What a document tells
 
+/// Room under all strokes that were played.
+struct RoomTold {
+  RoomEnded sum;           ///< fibres moved in all; of the stroke that lacked most, what and why
+  int times = 0;           ///< how often room was made or could not be
+  std::size_t stroke = 0;  ///< that stroke, from 1 on; 0: none lacked any
+};
+
 class Listener {
  public:
+  /// `before`: strokes of the file that were played before.
+  explicit Listener(std::size_t before = 0) : before_(before) {}
   [[nodiscard]] std::function<void(const Event&)> sink() {
     return [this](const Event& event) {
       const std::scoped_lock lock(mutex_);
       if (const auto* finished = std::get_if<StrokeFinished>(&event)) {
         strokes_.push_back(*finished);
         // What an attempt lacked is of no matter where the stroke did without, or a later one gave it.
-        if (finished->result.limited > 0 && latest_.lacking > room_.lacking) {
-          room_.lacking = latest_.lacking;
-          room_.bar = latest_.bar;
-          room_.bar_distance = latest_.bar_distance;
+        if (RoomEnded& sum = room_.sum; finished->result.limited > 0 && latest_.lacking > sum.lacking) {
+          sum.lacking = latest_.lacking;
+          sum.bar = latest_.bar;
+          sum.bar_distance = latest_.bar_distance;
+          sum.bar_at = latest_.bar_at;
+          room_.stroke = before_ + strokes_.size();
         }
         latest_ = {};
       }
       if (const auto* failed = std::get_if<Failed>(&event)) failure_ = failed->error;
       if (const auto* room = std::get_if<RoomEnded>(&event)) {
-        room_.fibres += room->fibres;
-        room_.surface_moved = std::max(room_.surface_moved, room->surface_moved);
+        room_.sum.fibres += room->fibres;
+        room_.sum.surface_moved = std::max(room_.sum.surface_moved, room->surface_moved);
         latest_ = *room;
-        ++rooms_;
+        ++room_.times;
       }
       if (const auto* progressed = std::get_if<Progressed>(&event)) share_ = progressed->share;
       changed_.notify_all();
@@ -78,10 +89,9 @@ class Listener {
     const std::scoped_lock lock(mutex_);
     return failure_ ? fail(failure_->code, failure_->message) : Status();
   }
-  /// Fibres moved in all, the most slabs that a stroke lacked at its end, and how often room was made or could not be.
-  [[nodiscard]] std::pair<RoomEnded, int> room() const {
+  [[nodiscard]] RoomTold room() const {
     const std::scoped_lock lock(mutex_);
-    return {room_, rooms_};
+    return room_;
   }
   [[nodiscard]] double share() const {
     const std::scoped_lock lock(mutex_);
@@ -94,8 +104,9 @@ class Listener {
   std::vector<StrokeFinished> strokes_;
   std::optional<Error> failure_;
   double share_ = 0;
-  RoomEnded room_, latest_;  ///< of all strokes; of the one that is played
-  int rooms_ = 0;
+  std::size_t before_;
+  RoomTold room_;
+  RoomEnded latest_;  ///< of the stroke that is played
 };
 
 std::string_view name(RoomBar bar) {
@@ -112,31 +123,53 @@ std::string_view name(RoomBar bar) {
   return {};
 }
 
-ordered_json json_of(const std::pair<RoomEnded, int>& room) {
-  return {{"asked", room.second},          {"fibres", room.first.fibres},
-          {"lacking", room.first.lacking}, {"surface_moved", room.first.surface_moved},
-          {"bar", name(room.first.bar)},   {"bar_distance", room.first.bar_distance}};
+/// A place where something is so, or null.
+ordered_json json_of(bool is_so, Vec3d place) {
+  if (!is_so) return nullptr;
+  return {place.x, place.y, place.z};
+}
+
+ordered_json json_of(const RoomTold& room) {
+  const RoomEnded& sum = room.sum;
+  ordered_json json = {{"asked", room.times},    {"fibres", sum.fibres},
+                       {"lacking", sum.lacking}, {"surface_moved", sum.surface_moved},
+                       {"bar", name(sum.bar)},   {"bar_distance", sum.bar_distance}};
+  json["bar_at"] = json_of(sum.bar != RoomBar::None, sum.bar_at);
+  json["bar_stroke"] = sum.bar != RoomBar::None ? ordered_json(room.stroke) : ordered_json(nullptr);
+  return json;
+}
+
+/// "stroke 2 near (1.5, -20, 0.25) mm".
+std::string place_in(std::size_t stroke, Vec3d at, Unit unit) {
+  const double most = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+  constexpr double kNothing = 1e-4;  // of the largest coordinate: less is rounding
+  const auto shown = [&](double value) { return std::abs(value) < kNothing * most ? 0.0 : value; };
+  return fmt::format("stroke {} near ({:.4g}, {:.4g}, {:.4g}) {}", stroke, shown(at.x), shown(at.y), shown(at.z),
+                     name(unit));
 }
 
 /// Why a stroke could not go on, one sentence; empty where nothing barred its way.
-std::string said_of(RoomBar bar, double distance, Unit unit) {
-  const std::string away = fmt::format("{:.3g} {}", distance, name(unit));
-  switch (bar) {
+std::string why_of(const RoomTold& room, Unit unit) {
+  const std::string away = fmt::format("{:.3g} {}", room.sum.bar_distance, name(unit)),
+                    place = place_in(room.stroke, room.sum.bar_at, unit);
+  switch (room.sum.bar) {
     case RoomBar::None:
       return {};
     case RoomBar::FarSide:
-      return "the form is " + away + " thick there, and a stroke goes to about its middle; slabs cannot have holes\n";
+      return "under " + place + " the form is " + away +
+             " thick, and a stroke goes to about its middle; slabs cannot have holes\n";
     case RoomBar::OtherPart:
-      return "another part of the form is " + away + " away there, and a stroke grows to about the middle\n";
+      return "over " + place + " another part of the form is " + away +
+             " away, and a stroke grows to about the middle\n";
     case RoomBar::Fibres:
-      return "the form leaves no room for longer fibres there\n";
+      return "at " + place + " the form leaves no room for longer fibres\n";
   }
   return {};
 }
 
 /// What became of the slabs under the strokes; empty where all had room.
-std::string said_of(const std::pair<RoomEnded, int>& room, Unit unit) {
-  const auto& [made, times] = room;
+std::string said_of(const RoomTold& room, Unit unit) {
+  const auto& [made, times, stroke] = room;
   if (times == 0 || (made.fibres == 0 && made.lacking == 0)) return {};
   std::string text = made.fibres == 0 ? "the clay ended under a stroke"
                                       : fmt::format("room was made: {} fibres reach further", made.fibres);
@@ -144,25 +177,32 @@ std::string said_of(const std::pair<RoomEnded, int>& room, Unit unit) {
     text += fmt::format(", and the surface beside the tool moved by {:.2g} {} at most", made.surface_moved, name(unit));
   if (made.fibres > 0 && made.lacking > 0)
     text += fmt::format("; {} slabs still end before the stroke does", made.lacking);
-  return text + '\n' + said_of(made.bar, made.bar_distance, unit);
+  return text + '\n' + why_of(room, unit);
 }
 
 ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
   ordered_json json = ordered_json::array();
-  for (const StrokeFinished& s : strokes)
-    json.push_back({{"tool", name(s.tool)},
-                    {"changed", s.result.changed},
-                    {"samples", s.result.samples},
-                    {"limited", s.result.limited},
-                    {"missed", s.result.missed},
-                    {"slabs_added", s.result.slabs_added},
-                    {"samples_added", s.result.samples_added},
-                    {"detail_limited", s.result.detail_limited},
-                    {"beside", s.result.beside},
-                    {"overhang", s.overhang},
-                    {"folded", s.folded},
-                    {"tiles", s.tiles},
-                    {"seconds", s.seconds}});
+  for (const StrokeFinished& s : strokes) {
+    ordered_json stroke = {{"tool", name(s.tool)},
+                           {"changed", s.result.changed},
+                           {"samples", s.result.samples},
+                           {"limited", s.result.limited},
+                           {"missed", s.result.missed},
+                           {"slabs_added", s.result.slabs_added},
+                           {"samples_added", s.result.samples_added},
+                           {"detail_limited", s.result.detail_limited},
+                           {"beside", s.result.beside},
+                           {"overhang", s.overhang},
+                           {"folded", s.folded},
+                           {"tiles", s.tiles},
+                           {"seconds", s.seconds}};
+    stroke["limited_at"] = json_of(s.result.limited > 0, s.result.limited_at);
+    stroke["missed_at"] = json_of(s.result.missed > 0, s.result.missed_at);
+    stroke["detail_limited_at"] = json_of(s.result.detail_limited, s.result.detail_limited_at);
+    stroke["beside_at"] = json_of(s.result.beside, s.result.beside_at);
+    stroke["overhang_at"] = json_of(s.overhang > 0, s.overhang_at);
+    json.push_back(std::move(stroke));
+  }
   return json;
 }
 
@@ -170,44 +210,71 @@ std::string counted(std::uint64_t count, std::string_view what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// What the strokes could not do; empty where they did all.
-std::string limits_of(const std::vector<StrokeFinished>& strokes, Unit unit) {
-  std::uint64_t limited = 0, missed = 0, coarse = 0, beside = 0, folded = 0;
+/// Something that strokes met, and where the first of them did.
+struct Met {
+  std::uint64_t count = 0;
+  std::size_t stroke = 0;
+  Vec3d at;
+  void add(std::uint64_t more, std::size_t number, Vec3d place) {
+    if (count == 0 && more > 0) {
+      stroke = number;
+      at = place;
+    }
+    count += more;
+  }
+};
+
+/// What the strokes could not do, a line each; empty where they did all. The first has the number `first`.
+std::string limits_of(const std::vector<StrokeFinished>& strokes, std::size_t first, Unit unit) {
+  Met limited, missed, coarse, beside;
+  std::uint64_t folded = 0;
   double overhang = 0;
-  for (const StrokeFinished& s : strokes) {
-    limited += s.result.limited;
-    missed += s.result.missed;
-    coarse += s.result.detail_limited ? 1 : 0;
-    beside += s.result.beside ? 1 : 0;
-    overhang = std::max(overhang, s.overhang);
+  std::string over;
+  for (std::size_t k = 0; k < strokes.size(); ++k) {
+    const StrokeFinished& s = strokes[k];
+    const std::size_t number = first + k;
+    limited.add(s.result.limited, number, s.result.limited_at);
+    missed.add(s.result.missed, number, s.result.missed_at);
+    coarse.add(s.result.detail_limited ? 1 : 0, number, s.result.detail_limited_at);
+    beside.add(s.result.beside ? 1 : 0, number, s.result.beside_at);
+    if (s.overhang > overhang) {
+      overhang = s.overhang;
+      over = place_in(number, s.overhang_at, unit);
+    }
     folded += s.folded;
   }
+  const auto first_of = [&](const Met& met) { return ", first in " + place_in(met.stroke, met.at, unit); };
   std::vector<std::string> said;
-  if (limited > 0)
-    said.push_back(counted(limited, "sample") +
-                   " could not go as far as asked: the clay below them, or the room above, ends");
-  if (missed > 0)
-    said.push_back(counted(missed, "point") + " lay farther from the surface than the radius, and " +
-                   (missed == 1 ? "was" : "were") + " left out");
-  if (coarse > 0)
-    said.push_back("the grid stayed coarser than the tool wants under " + counted(coarse, "stroke") +
-                   ": a larger radius or detail helps, or shorter strokes");
-  if (beside > 0)
-    said.push_back("fibres lean under " + counted(beside, "stroke") + ", so clay beside the tool was taken, too");
+  if (limited.count > 0)
+    said.push_back(counted(limited.count, "sample") + " could not go as far as asked" + first_of(limited) +
+                   ": the clay below them, or the room above, ends");
+  if (missed.count > 0)
+    said.push_back(counted(missed.count, "point") + " lay farther from the surface than the radius" + first_of(missed) +
+                   ", and " + (missed.count == 1 ? "was" : "were") + " left out");
+  if (coarse.count > 0)
+    said.push_back("the grid stayed coarser than the tool wants under " + counted(coarse.count, "stroke") +
+                   first_of(coarse) + ": a larger radius or detail helps, or shorter strokes");
+  if (beside.count > 0)
+    said.push_back("fibres lean under " + counted(beside.count, "stroke") + first_of(beside) +
+                   ", so clay beside the tool was taken, too");
   if (overhang > 0)
     said.push_back(
-        fmt::format("a stroke goes up to {:.3g} {} under the surface beside it: slabs cannot hold undercuts, "
+        fmt::format("{} goes up to {:.3g} {} under the surface beside it: slabs cannot hold undercuts, "
                     "so the clay above goes, too",
-                    overhang, name(unit)));
+                    over, overhang, name(unit)));
   if (folded > 0) said.push_back("the fibres of " + counted(folded, "sample") + " meet the surface several times");
-  return said.empty() ? "" : joined(said, "; ") + '\n';
+  std::string text;
+  for (const std::string& line : said) text += line + '\n';
+  return text;
 }
 
-void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::uint64_t total, Unit unit) {
+/// `before`: strokes of the file that had been played already.
+void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::size_t before,
+                 std::uint64_t total, Unit unit) {
   const auto changed = std::ranges::count_if(strokes, [](const StrokeFinished& s) { return s.result.changed; });
   print(fmt::format("{}: {} of {} strokes changed the model; {} in all\n", printable(out), changed, strokes.size(),
                     total));
-  print(limits_of(strokes, unit));
+  print(limits_of(strokes, before + 1, unit));
 }
 
 // ---- Strokes from a file
@@ -330,8 +397,8 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(o.strokes));
   RELIEF_TRY(auto opened, open_out(o, strokes, context));
   auto& [file, done] = opened;
-  Listener listener;
   const std::size_t before = done;
+  Listener listener(before);
   RoomMaker make_room = room_maker(file.model().info.source_diagonal);
   RELIEF_TRY(Document document,
              Document::open(o.out, std::move(file), {.on_event = listener.sink(), .make_room = std::move(make_room)}));
@@ -352,7 +419,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   }
   if (before > 0)
     print(fmt::format("{}: has the first {} of {} strokes already\n", printable(o.out), before, strokes.size()));
-  if (!told.empty() || before == 0) say_strokes(o.out, told, total, document.info().unit);
+  if (!told.empty() || before == 0) say_strokes(o.out, told, before, total, document.info().unit);
   print(said_of(listener.room(), document.info().unit));
   return {};
 }
@@ -493,12 +560,14 @@ Status run_live(const SculptOptions& given, const Context& context) {
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = opened.workspace.metres_per_unit;
   json["stroke_results"] = json_of(strokes);
+  json["room"] = json_of(listener.room());
   json["total"] = total;
   json["servo"] = to_json(stats.servo);
   json["losses"] = to_json(losses);
   json["outputs"] = to_json(outputs);
   add_error(json, ended);
-  if (!context.json) say_strokes(o.out, strokes, total, document.info().unit);
+  if (!context.json) say_strokes(o.out, strokes, 0, total, document.info().unit);
+  if (!context.json) print(said_of(listener.room(), document.info().unit));
   say_live(context, json, summary, stats.servo, outputs);
   return ended;
 }
@@ -536,6 +605,8 @@ void add_settings(CLI::App& c, SculptOptions& o, const std::string& section) {
       case SettingInfo::Kind::Value:
         if (setting.unit == SettingInfo::Unit::Length)
           add("LENGTH", ", model units")->default_str(id == "radius" ? "3 % of the diagonal" : "0");
+        else if (id == "detail")
+          add("SHARE", ", in radii; 0 keeps the grid")->default_str("1/12")->check(in_range(setting.min, setting.max));
         else
           add("SHARE", "")->default_str(fmt::format("{}", setting.preset))->check(in_range(setting.min, setting.max));
         break;

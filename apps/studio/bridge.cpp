@@ -85,7 +85,7 @@ void DocumentBridge::deliver() {
     }
     if (const auto* e = std::get_if<LimitReached>(&event)) emit limitReached(e->so_far);
     if (std::holds_alternative<PointMissed>(event)) emit pointMissed();
-    if (std::holds_alternative<DetailLimited>(event)) emit detailLimited();
+    if (const auto* e = std::get_if<DetailLimited>(&event)) emit detailLimited(e->at);
     if (std::holds_alternative<TakenBeside>(event)) emit takenBeside();
     if (const auto* e = std::get_if<RoomAsked>(&event)) emit roomAsked(e->source, e->runs_out);
     if (const auto* e = std::get_if<RoomEnded>(&event)) emit roomEnded(*e);

@@ -47,7 +47,7 @@ class DocumentBridge : public QObject {
   void savedElsewhere(const QString& file, bool whole);
   void limitReached(const relief::StrokeResult& so_far);
   void pointMissed();
-  void detailLimited();
+  void detailLimited(const relief::Vec3d& at);
   void takenBeside();
   void roomAsked(quint32 source, bool runs_out);
   void roomEnded(const relief::RoomEnded& room);

@@ -6,6 +6,7 @@
 #include <QLocale>
 #include <QRegularExpression>
 #include <QStringList>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -25,6 +26,17 @@ QString length_text(double length, Unit unit) {
                      : size >= 1              ? 2
                                               : 2 - static_cast<int>(std::floor(std::log10(size)));
   return QLocale().toString(size == 0 ? 0.0 : length, 'f', std::min(digits, 6)) + QChar(0x00a0) + text(name(unit));
+}
+
+QString place_text(const Vec3d& place, Unit unit) {
+  const QLocale locale;
+  const QString between = locale.decimalPoint() == QLatin1String(",") ? QStringLiteral("; ") : QStringLiteral(", ");
+  QStringList parts;
+  const double most = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
+  constexpr double kNothing = 1e-4;  // of the largest coordinate: less is rounding
+  for (const double value : {place.x, place.y, place.z})
+    parts.append(locale.toString(std::abs(value) < kNothing * most ? 0.0 : value, 'g', 4));
+  return QLatin1Char('(') + parts.join(between) + QLatin1Char(')') + QChar(0x00a0) + text(name(unit));
 }
 
 QString percent_text(double share) {

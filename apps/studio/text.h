@@ -3,6 +3,7 @@
 
 #include <relief/base/error.h>
 #include <relief/base/unit.h>
+#include <relief/base/vec.h>
 
 #include <QString>
 #include <filesystem>
@@ -20,6 +21,8 @@ namespace relief::studio {
 
 /// A length in model units as people read it: three significant digits and the unit, "8.5 mm".
 [[nodiscard]] QString length_text(double length, Unit unit);
+/// A place in model units: "(12.3, -4.5, 0) mm"; with semicolons where commas are decimal points.
+[[nodiscard]] QString place_text(const Vec3d& place, Unit unit);
 /// A share as people read it: "60 %".
 [[nodiscard]] QString percent_text(double share);
 /// A sample model by its name in the library: "Pumpkin".

@@ -28,6 +28,7 @@ QString title_of(const SettingInfo& setting) {
 
 ValueFormat format_of(const SettingInfo& setting, Unit unit) {
   if (setting.unit == SettingInfo::Unit::Length) return length_format(text(name(unit)));
+  if (setting.id == "detail") return percent_format(1);
   if (setting.unit == SettingInfo::Unit::Percent) return percent_format();
   return plain_format(2);
 }
@@ -79,6 +80,8 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
     bar->setObjectName(QStringLiteral("setting-") + id);
     bar->set_range(low, high, ValueBar::Scale::Linear, setting.unit == SettingInfo::Unit::Length ? 0 : setting.step);
     bar->set_format(format_of(setting, unit_));
+    if (id == QLatin1String("detail"))
+      bar->set_help(tr("The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is."), {});
     connect(bar, &ValueBar::valueEdited, this, [this, id](double value) { tools_.set_value(id, value); });
     refreshers_.emplace_back([this, bar, id] { bar->set_real_value(tools_.value(id)); });
     into.addWidget(bar);

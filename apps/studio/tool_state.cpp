@@ -17,8 +17,8 @@ constexpr double kFirstRadius = 0.04, kMostHeight = 0.05, kMostResilience = 0.02
 
 bool belongs_to_hand(const QString& setting) {
   return setting == QLatin1String("radius") || setting == QLatin1String("symmetry") ||
-         setting == QLatin1String("stabiliser") || setting == QLatin1String("pressure_curve") ||
-         setting == QLatin1String("pressure_drives");
+         setting == QLatin1String("stabiliser") || setting == QLatin1String("detail") ||
+         setting == QLatin1String("pressure_curve") || setting == QLatin1String("pressure_drives");
 }
 
 /// Whether the number of this setting is kept from one session to the next.
@@ -89,6 +89,7 @@ Brush ToolState::brush_of(const QString& id) const {
   brush.radius = hand_.radius;
   brush.symmetry = hand_.symmetry;
   brush.stabiliser = hand_.stabiliser;
+  brush.detail = hand_.detail;
   brush.pressure = hand_.pressure;
   brush.pressure_drives = hand_.pressure_drives;
   brush.mirror = mirror_;
@@ -172,6 +173,8 @@ void ToolState::set_diagonal(double diagonal) {
 void ToolState::forget_hand() {
   hand_.radius = kFirstRadius * diagonal_;
   hand_.stabiliser = 0;
+  hand_.detail = kDetail;
+  emit settingChanged(QStringLiteral("detail"));
   emit settingChanged(QStringLiteral("radius"));
   emit settingChanged(QStringLiteral("stabiliser"));
 }

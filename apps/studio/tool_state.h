@@ -10,8 +10,8 @@
 
 namespace relief::studio {
 
-/// Touch, and all tools of the library with a brush each. Radius, symmetry, pressure curve, what it drives and
-/// stabiliser are those of the hand and the same for all tools; all else belongs to the tool.
+/// Touch, and all tools of the library with a brush each. Radius, sample spacing, symmetry, pressure curve, what it
+/// drives and stabiliser are those of the hand and the same for all tools; all else belongs to the tool.
 class ToolState : public QObject {
   Q_OBJECT
  public:
@@ -51,7 +51,7 @@ class ToolState : public QObject {
   /// Lengths keep their share of it: a tool is as large on the next model as on this one. Does nothing where it is no
   /// positive finite length, as of a mesh that is not repaired yet.
   void set_diagonal(double diagonal);
-  /// Radius and stabiliser as on the first day.
+  /// Radius, stabiliser and sample spacing as on the first day.
   void forget_hand();
   /// Writes the tool in the hand and all that is set, lengths as shares of the diagonal, below "tools/". Not the
   /// symmetry, which is the model's, and not the pen's curve, which the preferences keep.

@@ -34,23 +34,23 @@ QString bar_text(const RoomEnded& room, Unit unit) {
   switch (room.bar) {
     case RoomBar::FarSide:
       return MainWindow::tr(
-                 "The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
-          .arg(length_text(room.bar_distance, unit));
+                 "The form is %1 thick at %2. A stroke goes to about its middle, for slabs cannot have holes.")
+          .arg(length_text(room.bar_distance, unit), place_text(room.bar_at, unit));
     case RoomBar::OtherPart:
-      return MainWindow::tr("Another part of the form is %1 away. A stroke grows to about the middle.")
-          .arg(length_text(room.bar_distance, unit));
+      return MainWindow::tr("Another part of the form is %1 away from %2. A stroke grows to about the middle.")
+          .arg(length_text(room.bar_distance, unit), place_text(room.bar_at, unit));
     default:
       break;
   }
   if (!(room.overhang > 0)) return {};
-  const QString under = length_text(room.overhang, unit);
+  const QString under = length_text(room.overhang, unit), at = place_text(room.overhang_at, unit);
   return room.fibres > 0 || room.lacking == 0
              ? MainWindow::tr(
-                   "The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.")
-                   .arg(under)
+                   "The tool goes %1 under the surface at %2. Slabs cannot hold undercuts: the clay above goes, too.")
+                   .arg(under, at)
              : MainWindow::tr(
-                   "The clay ends here: the tool goes %1 under the surface, and slabs cannot hold undercuts.")
-                   .arg(under);
+                   "The clay ends at %2: the tool goes %1 under the surface, and slabs cannot hold undercuts.")
+                   .arg(under, at);
 }
 
 }  // namespace
@@ -83,13 +83,15 @@ void MainWindow::connect_document() {
     say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
     refresh();
   });
-  connect(&bridge_, &DocumentBridge::limitReached, this, [this] {
-    if (!bar_told_) say(tr("The clay ends here: no further in this direction."));
+  connect(&bridge_, &DocumentBridge::limitReached, this, [this](const StrokeResult& so_far) {
+    if (!bar_told_)
+      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(so_far.limited_at, unit_)));
   });
   connect(&bridge_, &DocumentBridge::pointMissed, this,
           [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
-  connect(&bridge_, &DocumentBridge::detailLimited, this,
-          [this] { say(tr("The surface stays coarser here than this tool wants. A larger radius helps.")); });
+  connect(&bridge_, &DocumentBridge::detailLimited, this, [this](const Vec3d& at) {
+    say(tr("The surface stays coarser at %1 than this tool wants. A larger radius helps.").arg(place_text(at, unit_)));
+  });
   connect(&bridge_, &DocumentBridge::takenBeside, this, [this] {
     if (std::exchange(lean_told_, true)) return;
     say(tr("The fibres lean here: the tool takes some clay from beside it, too."));
@@ -112,12 +114,14 @@ void MainWindow::connect_document() {
       say(bar);
     else if (!room_told_)
       return;  // nothing ran out; what is still taken from beside the tool, takenBeside tells
+    else if (room.fibres == 0 && room.bar != RoomBar::None)
+      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(room.bar_at, unit_)));
     else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)
       say(tr("There is room again."));
     else
-      say(tr("There is more room now, but not everywhere as much as the stroke wants."));
+      say(tr("There is more room now, but at %1 not as much as the stroke wants.").arg(place_text(room.bar_at, unit_)));
   });
   connect(&bridge_, &DocumentBridge::cageChanged, this, [this](const CageChanged& change) {
     changing_cage_ = false;

@@ -124,8 +124,10 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     made.before = std::move(longer.before);
     made.after = std::move(longer.after);
     made.on_lattice = longer.on_lattice;
-    made.overhang_before = longer.overhang_before;
-    made.overhang_after = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
+    made.overhang_before = longer.overhang_before.wide;
+    const Lengthened::Overhang& left = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
+    made.overhang_after = left.wide;
+    made.overhang_at = left.at;
     made.given_up = restrained.staying.size();
     attempt.lack = longer.moved.empty() ? longer.lack_before : longer.lack_after;
     if (longer.moved.empty() || !is_worth(attempt)) return attempt;
@@ -139,7 +141,8 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     }
     if (!anew.unmet.empty()) {
       made.after = made.before;
-      made.overhang_after = made.overhang_before;
+      made.overhang_after = longer.overhang_before.wide;
+      made.overhang_at = longer.overhang_before.at;
       made.given_up += longer.moved.size();
       attempt.lack = longer.lack_before;
       return attempt;
@@ -234,42 +237,26 @@ Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) 
   });
 }
 
-RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double diagonal) {
-  if (made.after.empty()) return {};
-  const RoomLack& worst = *std::ranges::max_element(made.after, {}, &RoomLack::lack);
-  const Vec3d along = normalized(worst.way);
-  // Fibres of both sides share what lies between them, so each side has about half of it.
-  const double reach = 2 * length(worst.way);
-  // A cut ends where the ray leaves the form, a fill where it enters it. What is nearer than kNegligible is the surface
-  // itself, of which the place is known only so well.
-  RELIEF_ASSERT(diagonal > 0);
-  for (double from = kNegligible * diagonal; from < reach;) {
-    const auto met = raycast(surface, {worst.near + along * from, along});
-    if (!met) break;
-    from += met->distance;
-    if (from > reach) break;
-    if ((dot(met->point.normal, along) > 0) == worst.cuts)
-      return {worst.cuts ? RoomBar::FarSide : RoomBar::OtherPart, from};
-    from += kNegligible * diagonal;
-  }
-  return {RoomBar::Fibres};
-}
-
 RoomMaker room_maker(double source_diagonal) {
   return [source_diagonal](const SnapshotPtr& surface, const RoomWanted& wanted,
                            const Progress& progress) -> Result<Room> {
     ModelInfo info;
     info.source_diagonal = source_diagonal;
     const double diagonal = relief::source_diagonal({.info = info, .head = surface});
-    RELIEF_TRY(const RoomMade made, make_room(*surface, wanted, {.diagonal = diagonal}, progress));
+    const RoomGoals goals = {.diagonal = diagonal};
+    RELIEF_TRY(const RoomMade made, make_room(*surface, wanted, goals, progress));
     Room room;
     room.fibres = made.moved.size();
     room.lacking = made.after.size();
     room.surface_moved = made.surface_moved;
-    const RoomBarred barred = room_barred(*surface, made, diagonal);
+    const RoomBarred barred = room_barred(*surface, wanted, made, goals);
     room.bar = barred.by;
     room.bar_distance = barred.distance;
-    room.overhang = made.overhang_after > Room::kLeastOverhang * diagonal ? made.overhang_after : 0;
+    room.bar_at = barred.at;
+    if (made.overhang_after > Room::kLeastOverhang * diagonal) {
+      room.overhang = made.overhang_after;
+      room.overhang_at = made.overhang_at;
+    }
     room.sampled = made.sampled;
     room.halved = made.halved;
     if (!made.moved.empty()) {

@@ -68,6 +68,7 @@ struct RoomMade {
   /// Fibres that lean may reach a solid that lies beside the surface above them, and tools then cut all that is
   /// between: the widest such distance, model units. Longer fibres reach further.
   double overhang_before = 0, overhang_after = 0;
+  Vec3d overhang_at;       ///< the surface where overhang_after is, model units; zero where that is 0
   bool on_lattice = true;  ///< false: the cage has no lattice that is coarse enough to test it exactly
   /// Where roots were halved first: the same surface on that cage, whose numbers all but `before` has; else null.
   SnapshotPtr split;
@@ -89,11 +90,14 @@ struct RoomMade {
 /// Says what a stroke meets where it has no room.
 struct RoomBarred {
   RoomBar by = RoomBar::None;  ///< what it is
-  double distance = 0;         ///< from the surface, model units; 0 for fibres
+  double distance = 0;         ///< from `at` along the stroke's axis, model units; 0 for fibres
+  Vec3d at = {};               ///< the surface there, model units; zero where nothing bars the way
 };
-/// Returns what bars the way of the slab that lacks most. `surface` is what the room was made from, `diagonal` above 0.
-/// A ray or two.
-[[nodiscard]] RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double diagonal);
+/// Returns what bars the way where the stroke goes deepest into what is in its way. That is measured along the stroke's
+/// own axis, so it depends on the form and on the stroke, not on where fibres stand. `surface`, `wanted` and `goals`
+/// are what the room was made from. A few rays for each slab that lacks.
+[[nodiscard]] RoomBarred room_barred(const Snapshot& surface, const RoomWanted& wanted, const RoomMade& made,
+                                     const RoomGoals& goals);
 
 /// Both together, for a document (see DocumentSettings::make_room). Where the source's diagonal is not known (0), that
 /// of the cage of each surface takes its place, so that who repeats a recording has the same.

@@ -89,9 +89,11 @@ struct Room {
   double surface_moved = 0;     ///< the farthest that the surface moved, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
   double bar_distance = 0;      ///< from the surface to the far side or the other part, model units; else 0
+  Vec3d bar_at = {};            ///< the surface where the way is barred, model units; zero where nothing bars it
   /// An undercut, which slabs cannot hold: how far beside the surface the stroke goes under it, model units. Tools cut
   /// all that is between. 0 where it is below kLeastOverhang.
   double overhang = 0;
+  Vec3d overhang_at = {};                         ///< the surface at the undercut, model units; zero without one
   std::vector<SampledAnew> sampled = {};          ///< all slabs beside a moved fibre
   HalvedRoots halved = {};                        ///< the roots that had to be, for fibres to move
   static constexpr double kLeastOverhang = 1e-3;  ///< of the diagonal: what a place may miss the tool by untold

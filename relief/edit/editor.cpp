@@ -792,6 +792,17 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
       share = std::min(share, kernels.room(f, std::as_const(weight).plane(), std::as_const(change).plane(),
                                            start_tile(s).plane(), base.plane(), base.size()));
     }
+  // The sample under the tool ends it all. On the coarse grid of a tip even that one has not all of the weight; what it
+  // lacked went on rising, and the tip became flat.
+  if (share < 1) {
+    float most = 0;
+    for (const SlabId s : reached) {
+      const Tile& base = base_tile(s);
+      weigh(s, frame(s, origin, base.intervals()));
+      most = std::max(most, kernels.largest(std::as_const(weight).plane(), base.size()));
+    }
+    share = 1 - (1 - share) / most;
+  }
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
     find_change(s, frame(s, origin, base.intervals()));
@@ -1080,7 +1091,10 @@ DabResult Editor::State::apply(const Dab& given) {
 
 // ---- The editor
 
-void StrokeResult::add(const DabResult& dab) noexcept {
+void StrokeResult::add(const DabResult& dab, Vec3d contact) noexcept {
+  if (limited == 0 && dab.limited > 0) limited_at = contact;
+  if (!detail_limited && dab.detail_limited) detail_limited_at = contact;
+  if (!beside && dab.beside) beside_at = contact;
   ++dabs;
   limited += dab.limited;
   slabs_added += dab.slabs_added;
@@ -1136,7 +1150,7 @@ DabResult Editor::dab(const Dab& dab) {
                     state_->brush.radius * dab.size > 0 && dab.size <= 1;
   if (!good) return {};
   const DabResult result = state_->apply(dab);
-  state_->so_far.add(result);
+  state_->so_far.add(result, dab.contact);
   return result;
 }
 

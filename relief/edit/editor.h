@@ -52,8 +52,10 @@ struct StrokeResult {
   std::size_t slabs_added = 0, samples_added = 0;
   bool detail_limited = false;  ///< whether the grid stayed coarser somewhere than the tool wanted it
   bool beside = false;          ///< whether a dab has taken something from beside the sphere
-  /// Adds a dab, but for `samples`: those of several dabs may be the same.
-  void add(const DabResult& dab) noexcept;
+  /// The surface under the first dab of each kind, model units; zero without one. `missed_at`: that point itself.
+  Vec3d limited_at, missed_at, detail_limited_at, beside_at;
+  /// Adds a dab at a contact, but for `samples`: those of several dabs may be the same.
+  void add(const DabResult& dab, Vec3d contact) noexcept;
 };
 
 /// What unpainted surface counts as when the first stroke of paint makes the colour layer; sRGB.

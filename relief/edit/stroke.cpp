@@ -186,6 +186,7 @@ struct StrokeEngine::State {
       follow(p);
       last = p;
     }
+    if (missed && so_far.missed == 0) so_far.missed_at = p.position;
     so_far.missed += missed ? 1U : 0U;
   }
 
@@ -287,7 +288,7 @@ struct StrokeEngine::State {
       dab.contact = editor.position(seat.slab, seat.u, seat.v);
     }
     const DabResult result = editor.dab(dab);
-    so_far.add(result);
+    so_far.add(result, dab.contact);
     if (on_dab) on_dab(dab, result);
     return true;
   }
@@ -301,6 +302,7 @@ struct StrokeEngine::State {
     }
     StrokeResult result = editor.end_stroke();
     result.missed = so_far.missed;
+    result.missed_at = so_far.missed_at;
     last.reset();
     return result;
   }

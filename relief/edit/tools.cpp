@@ -30,12 +30,21 @@ constexpr SettingInfo kSymmetry = {
 constexpr SettingInfo kResilience = {.id = "resilience", .title = "Resilience", .unit = Unit::Length};
 constexpr SettingInfo kExact = {.id = "exact", .title = "Exact cut", .kind = Kind::Switch, .step = 1};
 constexpr SettingInfo kHeight = {.id = "height", .title = "Height", .unit = Unit::Length};
+constexpr SettingInfo kSpacing = {.id = "detail",
+                                  .title = "Sample spacing",
+                                  .unit = Unit::Percent,
+                                  .max = kCoarsestDetail,
+                                  .step = 0.005,
+                                  .preset = kDetail};
 constexpr SettingInfo kColour = {.id = "colour", .title = "Colour", .kind = Kind::Colour};
 
-constexpr std::array kOfAll = {kRadius, kStrength, kFalloff, kPressure, kDrives, kStabiliser, kSymmetry};
-constexpr std::array kOfCarve = {kRadius, kStrength, kResilience, kExact, kPressure, kDrives, kStabiliser, kSymmetry};
-constexpr std::array kOfLayer = {kRadius, kStrength, kHeight, kFalloff, kPressure, kDrives, kStabiliser, kSymmetry};
-constexpr std::array kOfPaint = {kRadius, kStrength, kColour, kFalloff, kPressure, kDrives, kStabiliser, kSymmetry};
+constexpr std::array kOfAll = {kRadius, kStrength, kFalloff, kSpacing, kPressure, kDrives, kStabiliser, kSymmetry};
+constexpr std::array kOfCarve = {kRadius,   kStrength, kResilience, kExact,   kSpacing,
+                                 kPressure, kDrives,   kStabiliser, kSymmetry};
+constexpr std::array kOfLayer = {kRadius,   kStrength, kHeight,     kFalloff, kSpacing,
+                                 kPressure, kDrives,   kStabiliser, kSymmetry};
+constexpr std::array kOfPaint = {kRadius,   kStrength, kColour,     kFalloff, kSpacing,
+                                 kPressure, kDrives,   kStabiliser, kSymmetry};
 
 // Rates are 1/s. The slow ones let a hand follow. Cover at 12/s is 70 % there after 0.1 s, the time in which a 5 mm
 // brush at 50 mm/s passes its own radius. Even at 60/s mixes a sample with its neighbours by a third per 8 ms; from
@@ -135,7 +144,7 @@ auto number_of(B& brush, std::string_view id) noexcept -> decltype(&brush.radius
   if (id == kResilience.id) return &brush.resilience;
   if (id == kHeight.id) return &brush.height;
   if (id == kStabiliser.id) return &brush.stabiliser;
-  if (id == "detail") return &brush.detail;
+  if (id == kSpacing.id) return &brush.detail;
   return nullptr;
 }
 

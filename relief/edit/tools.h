@@ -49,6 +49,8 @@ enum class PressureDrives : std::uint8_t {
 
 /// So many radii from sample to sample a ball is cut to 3 % of its depth, with a smooth rim.
 inline constexpr double kDetail = 1.0 / 12;
+/// The largest Brush::detail that programs offer; strokes files may have more.
+inline constexpr double kCoarsestDetail = 0.5;
 /// Where pressure drives the radius, samples under the whole stroke lie as close as a dab of this part of the radius
 /// takes them. A quarter would cost 16 times the samples of a plain stroke; this costs four.
 inline constexpr double kLightRadius = 0.5;

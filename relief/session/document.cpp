@@ -284,6 +284,7 @@ struct Document::State {
     bool is_full = false;                   ///< no more room can be made
     std::uint64_t room_asked = 0;           ///< number of the job that makes room for it; 0: none
     double overhang = 0;                    ///< the widest of the rooms
+    Vec3d overhang_at;                      ///< where that is
     std::map<SlabId, SampledAnew> sampled;  ///< after all rooms
   };
 
@@ -362,7 +363,8 @@ struct Document::State {
   }
   /// What a stroke could not do, each once; what matters most comes last.
   void tell_shortcomings(const StrokeResult& result, bool clay_ends) {
-    if (result.detail_limited && !std::exchange(open->said_coarse, true)) emit(DetailLimited{open->source});
+    if (result.detail_limited && !std::exchange(open->said_coarse, true))
+      emit(DetailLimited{open->source, result.detail_limited_at});
     if (result.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
     if (clay_ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, result});
   }
@@ -423,6 +425,7 @@ struct Document::State {
             .result = result,
             .tiles = result.changed ? tiles_between(*open->start, *editor.head()) : 0,
             .overhang = open->overhang,
+            .overhang_at = open->overhang_at,
             .folded = folded_in(std::views::values(open->sampled)),
             .seconds = static_cast<double>(open->cpu + thread_cpu_ns() - start) * 1e-9};
   }
@@ -506,6 +509,7 @@ struct Document::State {
     open->rooms = 0;
     open->is_full = false;
     open->overhang = 0;
+    open->overhang_at = {};
     open->sampled.clear();
     open->wanted = {};
     set_open(open->source);
@@ -522,10 +526,13 @@ struct Document::State {
     }
     ++open->rooms;
     open->is_full = !made->model;
-    open->overhang = std::max(open->overhang, made->overhang);
+    if (made->overhang > open->overhang) {
+      open->overhang = made->overhang;
+      open->overhang_at = made->overhang_at;
+    }
     if (made->model) note_sampled(*made);
     emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance,
-                   made->overhang, folded_in(made->sampled)});
+                   made->bar_at, made->overhang, made->overhang_at, folded_in(made->sampled)});
     return made->model != nullptr;
   }
 

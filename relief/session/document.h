@@ -102,6 +102,7 @@ struct StrokeFinished {
   std::uint64_t stroke = 0;  ///< strokes that stand now
   std::uint64_t tiles = 0;   ///< that it changed
   double overhang = 0;       ///< the widest of the rooms that were made for it, see Room
+  Vec3d overhang_at = {};    ///< where that is
   std::size_t folded = 0;    ///< after all these rooms, see SampledAnew
   double seconds = 0;        ///< thread CPU time, with undo and publishing
 };
@@ -142,6 +143,7 @@ struct PointMissed {
 /// stroke or a model may add, or kFinestDetail.
 struct DetailLimited {
   StrokeSource source = 0;  ///< whose stroke it is
+  Vec3d at = {};            ///< the surface there, model units
 };
 /// At the end of a stroke of Carve that took clay from beside the tool, see DabResult::beside. Until then the stroke
 /// may get other fibres.
@@ -162,7 +164,9 @@ struct RoomEnded {
   double surface_moved = 0;     ///< the farthest, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
   double bar_distance = 0;      ///< from the surface to what bars the way, model units; 0 for fibres
+  Vec3d bar_at = {};            ///< the surface there, model units; zero where nothing bars the way
   double overhang = 0;          ///< see Room
+  Vec3d overhang_at = {};       ///< see Room
   std::size_t folded = 0;       ///< of the new samples, see SampledAnew
 };
 /// A ChangeCage has ended.

@@ -243,7 +243,10 @@ class Comparison {
         if (!body) return;
         exported_ = exported_ && body->as_exported;
         const std::vector<Vec3d> way = scene.way(body->surface, hands[h], w);
-        if (way.empty()) continue;
+        if (way.empty()) {
+          ++without_way_;
+          continue;
+        }
         const Figures found = compared(*body, hands[h], way, name, trace_);
         found_[scene.family + (hands[h].radius > 0 ? ", ball" : "")].add(found);
         if (listed_) list(name, found);
@@ -254,6 +257,7 @@ class Comparison {
   void tell() {
     if (found_.empty()) return report_.skipped("no case whose name has \"" + wanted_ + "\" in it");
     report_.at_most("models whose export is not the surface that is touched", exported_ ? 0 : 1, 0);
+    report_.at_most("cases for which no way was found", double(without_way_), 0);
     for (const auto& [family, f] : found_) {
       report_.shown(family + ": cases", double(f.cases));
       report_.at_least(family + ": pressed ticks", double(f.pressed), 1000);
@@ -279,6 +283,7 @@ class Comparison {
   Report& report_;
   std::string wanted_;
   bool listed_ = false, exported_ = true;
+  std::size_t without_way_ = 0;  ///< cases that nothing on the surface lets slide so far
   std::size_t turn_ = 0;
   Trace trace_;
   std::map<std::string, Figures> found_;
@@ -455,7 +460,7 @@ Scene reported() {
               }};
 }
 Scene sample(const std::string& name) {
-  return {.family = "samples",
+  return {.family = "sample " + name,
           .name = name,
           .source = [=]() -> std::optional<TriangleMesh> {
             if (auto mesh = make_sample(name, 30'000)) return *std::move(mesh);
@@ -465,7 +470,7 @@ Scene sample(const std::string& name) {
           .ways_per_hand = 2};
 }
 Scene scan(const std::string& name) {
-  return {.family = "scans",
+  return {.family = "scan " + name,
           .name = name,
           .source = [=]() -> std::optional<TriangleMesh> {
             const std::filesystem::path file = testing::data_folder() / "a_models" / (name + ".ply");

@@ -86,6 +86,9 @@ std::vector<Scene> scenes() {
 void pops(Report& report) {
   const std::vector<Scene> list = scenes();
   const double wanted = (report.long_form() ? 1e8 : 4e5) / report.part().of;
+  // A scene is seven runs or so in a part of the short form. Once, a god-object leaps by two depths and the contact
+  // point is on its way for longer than 60 ticks: that alone is 0.2 % of a scene.
+  const double of_scene = report.long_form() ? 1e-3 : 5e-3;
   const auto seed = 8U + 100U * static_cast<unsigned>(report.part().number - 1);
   double frames = 0, compared = 0, deeper = 0;
   for (const Scene& scene : list) {
@@ -97,7 +100,7 @@ void pops(Report& report) {
     compared += double(done.compared);
     deeper += double(done.deeper);
     report.at_most(scene.name + ": ticks outside thin places over 1.05 times as deep as a god-object",
-                   double(done.deeper) / double(std::max(done.compared, 1L)), 1e-3);
+                   double(done.deeper) / double(std::max(done.compared, 1L)), of_scene);
   }
   report.shown("pressed frames that were judged", frames);
   report.at_least("pressed frames that were judged, of those wanted", frames / wanted, 1);
@@ -119,7 +122,7 @@ void pops(Report& report) {
       compared += double(done.compared);
       deeper += double(done.deeper);
       report.at_most(what + ": ticks outside thin places over 1.05 times as deep as a god-object",
-                     double(done.deeper) / double(std::max(done.compared, 1L)), 1e-3);
+                     double(done.deeper) / double(std::max(done.compared, 1L)), of_scene);
       report.shown("    most, of the god-object's depth", done.most_times);
     }
   report.shown("pressed frames of balls that were judged", frames);

@@ -1758,26 +1758,50 @@ class Sculpt(Case):
                                "--resume"), 1, "does not hold the first strokes")
         self.assert_failed(Run("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", out), 1, "--force", "--resume")
 
-    def test_what_a_stroke_could_not_do_is_said_in_one_line(self):
+    PLACE = r"near \(-?[\d.e-]+, -?[\d.e-]+, -?[\d.e-]+\) mm"
+
+    def assert_at(self, place, expected, within):
+        self.assertLess(sum((a - b) ** 2 for a, b in zip(place, expected, strict=True)) ** 0.5, within)
+
+    def test_what_a_stroke_could_not_do_is_said_in_a_line_each_and_where(self):
         out = self.folder / "deep.relief"
         deep = {"tool": "carve", "radius": 60, "points": [[0, 0, 45, 60, 1], [1, 5, 45, 60, 1], [1, 0, 500, 0, 1]]}
-        run = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out)
-        self.assertRegex(run.out, r"\n\d+ samples could not go as far as asked: .*; 1 point lay farther")
-        stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out, "--force", "--json").json()["stroke_results"][0]
+        light = dict(deep, radius=6, strength=0.05, points=deep["points"][:1])
+        run = self.ok("sculpt", self.model, "--strokes", self.strokes([light, deep]), "-o", out)
+        self.assertRegex(run.out, rf"\n\d+ samples could not go as far as asked, first in stroke 2 {self.PLACE}: the clay")
+        self.assertIn("\n1 point lay farther from the surface than the radius, first in stroke 2 near (0, 500, 0) mm, and was left out\n", run.out)
+        self.assertRegex(run.out, rf"\nunder stroke 2 {self.PLACE} the form is [\d.]+ mm thick, and a stroke goes to about its middle")
+        for line in run.out.splitlines():
+            self.assertLessEqual(len(line.split()), 32, line)
+        told = self.ok("sculpt", self.model, "--strokes", self.strokes([light, deep]), "-o", out, "--force", "--json").json()
+        before, stroke = told["stroke_results"]
+        for key in ("limited_at", "missed_at", "detail_limited_at", "overhang_at"):
+            self.assertIsNone(before[key], key)
+        self.assertEqual(stroke["missed_at"], [0, 500, 0])
+        self.assertEqual(told["room"]["bar"], "far_side")
+        self.assertEqual(told["room"]["bar_stroke"], 2)
+        self.assert_at(stroke["limited_at"], [0, 45, 60], 10)
+        # On its way to the last point the tool leaves the front for the shoulder, where the form is thinnest.
+        self.assert_at(told["room"]["bar_at"], [8, 75, 40], 20)
+        self.assertEqual(stroke["overhang_at"] is None, stroke["overhang"] == 0)
+        self.assertEqual(stroke["beside_at"] is None, not stroke["beside"])
         self.assertGreater(stroke["limited"], 0)
         self.assertEqual(stroke["missed"], 1)
         self.assertFalse(stroke["detail_limited"])
         self.assertIsInstance(stroke["beside"], bool)
         journal = self.ok("info", out, "--strokes", "--json").json()["journal"]
-        self.assertEqual(journal[0]["limited"], stroke["limited"])
+        self.assertEqual(journal[1]["limited"], stroke["limited"])
+        one = self.ok("sculpt", self.model, "--strokes", self.strokes([light]), "-o", out, "--force", "--json").json()["room"]
+        self.assertEqual((one["bar"], one["bar_at"], one["bar_stroke"]), ("none", None, None))
 
     def test_detail_that_a_stroke_could_not_have_is_said(self):
         out = self.folder / "fine.relief"
         fine = dict(self.STROKES[0], detail=0.001, points=self.STROKES[0]["points"][:1])
         run = self.ok("sculpt", self.model, "--strokes", self.strokes([fine]), "-o", out)
-        self.assertIn("coarser than the tool wants under 1 stroke: a larger radius or detail", run.out)
+        self.assertRegex(run.out, rf"coarser than the tool wants under 1 stroke, first in stroke 1 {self.PLACE}: a larger radius or detail")
         stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([fine]), "-o", out, "--force", "--json").json()["stroke_results"][0]
         self.assertTrue(stroke["detail_limited"])
+        self.assert_at(stroke["detail_limited_at"], fine["points"][0][1:4], fine["radius"])
         self.assertGreater(stroke["slabs_added"], 0)
         self.assertGreater(stroke["samples_added"], 10 * stroke["slabs_added"])
 
@@ -1799,6 +1823,20 @@ class Sculpt(Case):
         self.assertEqual(started.returncode, 130)
         self.assertIn(b"cancelled after 2 of 4 strokes, which are saved", err)
         self.assertEqual(self.ok("info", out, "--json").json()["strokes"], 2)
+
+    def test_a_live_tool_makes_samples_as_fine_as_asked(self):
+        added = []
+        for spacing in (0, 0.03):
+            out = self.folder / f"spacing-{spacing}.relief"
+            report = self.ok("sculpt", self.model, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--detail", spacing,
+                             "--seconds", 3, "-o", out, "--json").json()
+            added.append(sum(s["samples_added"] for s in report["stroke_results"]))
+            with contextlib.closing(sqlite3.connect(out)) as database:
+                texts = [json.loads(row[0]) for row in database.execute("SELECT details FROM strokes WHERE number > 0")]
+            self.assertTrue(texts)
+            self.assertEqual({text["detail"] for text in texts}, {spacing})
+        self.assertEqual(added[0], 0, "0 keeps the grid")
+        self.assertGreater(added[1], 1000)
 
     def test_live_strokes_are_in_the_model_and_can_be_played_again(self):
         out, again, record = self.folder / "live.relief", self.folder / "again.relief", self.folder / "live.rlog"
@@ -1848,7 +1886,8 @@ class Sculpt(Case):
         self.assertFalse((self.folder / "none.relief").exists(), "refused before the model is copied")
         for options, word in ((["--tool", "crave"], "the nearest is carve"),
                               (["--tool", "clay", "--falloff", "cubic"], "own, linear"),
-                              (["--tool", "carve", "--strength", "2"], "2 is not in 0 to 1")):
+                              (["--tool", "carve", "--strength", "2"], "2 is not in 0 to 1"),
+                              (["--tool", "paint", "--detail", "0.6"], "0.6 is not in 0 to 0.5")):
             self.assert_failed(Run(*live, *options), 2, word)
         for options in ([], ["--strokes", "S.json", "--tool", "carve"]):
             self.assert_failed(Run(*live, *options), 2)

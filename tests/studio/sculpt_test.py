@@ -456,9 +456,10 @@ class Limits(OneStudio):
                 break
         self.assertGreater(limited, 0, "the pumpkin is no deeper than eight radii")
         self.assertTrue(any(words.startswith("Making room under the stroke") for words in all_told), all_told)
-        why = [words for words in told if words.startswith(("The form is ", "The tool goes ", "The clay ends here: the tool goes "))]
+        why = [words for words in told if words.startswith(("The form is ", "The tool goes ", "The clay ends at "))]
         self.assertTrue(why, told)
         self.assertEqual(told[-1], why[-1], "the reason is what stays to be read")
+        self.assertRegex(why[-1], r"\(-?[\d.]+, -?[\d.]+, -?[\d.]+\)\xa0mm", "and the place")
         # It is read on the screen, by a screen reader, and in the status line.
         self.assertEqual(s.described("Status", "label"), why[-1])
         area = studio.rect(s.find(why[-1], "notification"))

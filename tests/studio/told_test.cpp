@@ -17,6 +17,7 @@
 #include <QAction>
 #include <QApplication>
 #include <QLabel>
+#include <QRegularExpression>
 #include <QSettings>
 #include <QTest>
 #include <atomic>
@@ -31,7 +32,6 @@ namespace {
 
 constexpr int kPatience = 60'000;  // ms, on a machine that is busy with other things
 const QString kAway = QStringLiteral("The tool is away from the surface: what it does there is left out.");
-const QString kCoarse = QStringLiteral("The surface stays coarser here than this tool wants. A larger radius helps.");
 const QString kLean = QStringLiteral("The fibres lean here: the tool takes some clay from beside it, too.");
 
 /// Fibres straight up through a sheet, or leaning by `lean` sideways for each unit up.
@@ -138,12 +138,28 @@ TEST_F(ToldTest, AToolOnTheSurfaceIsNotTold) {
 
 TEST_F(ToldTest, AGridThatStaysTooCoarse) {
   touch_the_sheet(0);  // the smallest
-  says(kCoarse);
+  const QRegularExpression coarse(
+      R"(^The surface stays coarser at \((\S+), (\S+), (\S+)\)\x{a0}mm than this tool wants\. A larger radius helps\.$)");
+  const auto said = coarse.match(status());
+  ASSERT_TRUE(said.hasMatch()) << status().toStdString();
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(said.captured(k + 1).toDouble(), kMiddle[std::size_t(k)], 0.01) << "its dab";
+  says(status());
+}
+
+// The same tool where the grid is to stay as it is: nothing is wanted of it.
+TEST_F(ToldTest, AGridThatIsToStayIsNotTold) {
+  auto* spacing = window.findChild<ValueBar*>("setting-detail");
+  ASSERT_NE(spacing, nullptr);
+  EXPECT_EQ(spacing->text(), "8.3 %");
+  set("setting-detail", 0);
+  EXPECT_EQ(spacing->text(), "0.0 %");
+  touch_the_sheet(0);
+  EXPECT_FALSE(status().contains("stays coarser")) << status().toStdString();
 }
 
 TEST_F(ToldTest, AGridThatIsFineEnoughIsNotTold) {
   touch_the_sheet(0.15);
-  EXPECT_NE(status(), kCoarse);
+  EXPECT_FALSE(status().contains("stays coarser")) << status().toStdString();
 }
 
 TEST_F(ToldTest, EscapeTakesAStrokeBackForWhichRoomIsBeingMade) {

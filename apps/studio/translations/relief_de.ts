@@ -1029,6 +1029,10 @@
         <source>both</source>
         <translation>beides</translation>
     </message>
+    <message>
+        <source>Sample spacing</source>
+        <translation>Abstand der Messpunkte</translation>
+    </message>
 </context>
 <context>
     <name>StrokeInput</name>
@@ -2339,10 +2343,6 @@ berühren, um weiterzumachen</translation>
         <translation>Jetzt ist wieder Raum.</translation>
     </message>
     <message>
-        <source>There is more room now, but not everywhere as much as the stroke wants.</source>
-        <translation>Jetzt ist mehr Raum, aber nicht überall so viel, wie der Strich braucht.</translation>
-    </message>
-    <message>
         <source>%1: done</source>
         <translation>%1: fertig</translation>
     </message>
@@ -2359,22 +2359,6 @@ berühren, um weiterzumachen</translation>
         <translation>Arbeit an den Platten: %1 %. Sie können weiterarbeiten.</translation>
     </message>
     <message>
-        <source>The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.</source>
-        <translation>Die Form ist hier %1 dick. Ein Strich reicht bis etwa zu ihrer Mitte, denn Platten können keine Löcher haben.</translation>
-    </message>
-    <message>
-        <source>The tool goes %1 under the surface here. Slabs cannot hold undercuts: the clay above goes, too.</source>
-        <translation>Das Werkzeug geht hier %1 unter die Oberfläche. Platten können keine Hinterschneidungen halten: Der Ton darüber geht mit.</translation>
-    </message>
-    <message>
-        <source>The clay ends here: the tool goes %1 under the surface, and slabs cannot hold undercuts.</source>
-        <translation>Der Ton endet hier: Das Werkzeug geht %1 unter die Oberfläche, und Platten können keine Hinterschneidungen halten.</translation>
-    </message>
-    <message>
-        <source>Another part of the form is %1 away. A stroke grows to about the middle.</source>
-        <translation>Ein anderer Teil der Form ist %1 entfernt. Ein Strich wächst bis etwa zur Mitte.</translation>
-    </message>
-    <message>
         <source>Export the model</source>
         <translation>Modell exportieren</translation>
     </message>
@@ -2389,10 +2373,6 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>The tool is away from the surface: what it does there is left out.</source>
         <translation>Das Werkzeug ist nicht an der Oberfläche: Was es dort tut, entfällt.</translation>
-    </message>
-    <message>
-        <source>The surface stays coarser here than this tool wants. A larger radius helps.</source>
-        <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius hilft.</translation>
     </message>
     <message>
         <source>The fibres lean here: the tool takes some clay from beside it, too.</source>
@@ -2585,6 +2565,34 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>%1: done; the surface moved by at most %2</source>
         <translation>%1: fertig; die Oberfläche hat sich um höchstens %2 bewegt</translation>
+    </message>
+    <message>
+        <source>The form is %1 thick at %2. A stroke goes to about its middle, for slabs cannot have holes.</source>
+        <translation>Bei %2 ist die Form %1 dick. Ein Strich reicht bis etwa zu ihrer Mitte, denn Platten können keine Löcher haben.</translation>
+    </message>
+    <message>
+        <source>Another part of the form is %1 away from %2. A stroke grows to about the middle.</source>
+        <translation>Ein anderer Teil der Form ist %1 von %2 entfernt. Ein Strich wächst bis etwa zur Mitte.</translation>
+    </message>
+    <message>
+        <source>The tool goes %1 under the surface at %2. Slabs cannot hold undercuts: the clay above goes, too.</source>
+        <translation>Bei %2 geht das Werkzeug %1 unter die Oberfläche. Platten können keine Hinterschneidungen halten: Der Ton darüber geht mit.</translation>
+    </message>
+    <message>
+        <source>The clay ends at %2: the tool goes %1 under the surface, and slabs cannot hold undercuts.</source>
+        <translation>Der Ton endet bei %2: Das Werkzeug geht %1 unter die Oberfläche, und Platten können keine Hinterschneidungen halten.</translation>
+    </message>
+    <message>
+        <source>The clay ends at %1: no further in this direction.</source>
+        <translation>Bei %1 ist der Ton zu Ende: in dieser Richtung geht es nicht weiter.</translation>
+    </message>
+    <message>
+        <source>The surface stays coarser at %1 than this tool wants. A larger radius helps.</source>
+        <translation>Die Oberfläche bleibt bei %1 gröber, als dieses Werkzeug sie braucht. Ein größerer Radius hilft.</translation>
+    </message>
+    <message>
+        <source>There is more room now, but at %1 not as much as the stroke wants.</source>
+        <translation>Jetzt ist mehr Raum, aber bei %1 nicht so viel, wie der Strich braucht.</translation>
     </message>
 </context>
 <context>
@@ -3058,6 +3066,10 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Whether a pen works with less pressure the flatter it lies</source>
         <translation>Ob ein Stift mit weniger Druck arbeitet, je flacher er liegt</translation>
+    </message>
+    <message>
+        <source>The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is.</source>
+        <translation>So fein wird das Gitter unter einem Werkzeug, als Teil des Radius. 0 lässt es, wie es ist.</translation>
     </message>
 </context>
 <context>

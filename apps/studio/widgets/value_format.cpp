@@ -78,13 +78,13 @@ ValueFormat plain_format(int decimals) {
           .example = written(1.5, decimals)};
 }
 
-ValueFormat percent_format() {
-  return {.text = [](double value) { return written(100 * value, 0) + QStringLiteral(" %"); },
+ValueFormat percent_format(int decimals) {
+  return {.text = [decimals](double value) { return written(100 * value, decimals) + QStringLiteral(" %"); },
           .parse = [](const QString& typed) -> std::optional<double> {
             const auto value = parse_with(typed, QStringLiteral("%"));
             return value ? std::optional(*value / 100) : std::nullopt;
           },
-          .example = QStringLiteral("60 %")};
+          .example = written(60, decimals) + QStringLiteral(" %")};
 }
 
 ValueFormat degree_format() {

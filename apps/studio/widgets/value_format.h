@@ -16,8 +16,8 @@ struct ValueFormat {
 
 /// A plain number with so many decimals.
 [[nodiscard]] ValueFormat plain_format(int decimals);
-/// A share 0..1 as "60 %".
-[[nodiscard]] ValueFormat percent_format();
+/// A share 0..1 with so many decimals, as "60 %".
+[[nodiscard]] ValueFormat percent_format(int decimals = 0);
 /// Degrees: "12°".
 [[nodiscard]] ValueFormat degree_format();
 /// A length in the document's unit, three significant digits: "7.5 mm". Reads µm, mm, cm, m and in as well, where the

@@ -112,7 +112,7 @@ class Work {
     made.before = lacks(wishes, candidates, *lattice, ends_now, made.overhang_before);
     made.after = made.before;
     made.overhang_after = made.overhang_before;
-    if (made.before.empty() && made.overhang_before == 0) return made;
+    if (made.before.empty() && made.overhang_before.wide == 0) return made;
 
     const SourceIndex nothing({}, {});
     const BoxTree no_tree = tree_of(nothing);
@@ -145,7 +145,7 @@ class Work {
       if (wants_of(given, wishes, candidates, ends_in(given.draft().ends)).lack <= lack) best = given.draft().ends;
     }
     made.lack_after = wants_of(patch, wishes, candidates, ends_in(best)).lack * lattice->step;
-    made.overhang_after = 0;
+    made.overhang_after = {};
     made.after = lacks(wishes, candidates, *lattice, ends_in(best), made.overhang_after);
     for (std::uint32_t v = 0; v < old.size(); ++v) {
       const Ends& now = best[v];
@@ -211,11 +211,13 @@ class Work {
   /// Returns the worst place of each slab, and the widest overhang.
   template <typename EndsOf>
   [[nodiscard]] std::vector<RoomLack> lacks(const ReachWanted& wishes, std::span<const SlabId> slabs,
-                                            const Lattice& lattice, EndsOf&& ends, double& overhang) const {
+                                            const Lattice& lattice, EndsOf&& ends,
+                                            Lengthened::Overhang& overhang) const {
     std::vector<RoomLack> all;
     wishes.for_each_lack(ends, [&](const Lacking& l) {
       // What is filled covers nothing: only a tool that takes clay reaches under it.
-      if (l.side == kInner) overhang = std::max(overhang, l.overhang * lattice.step);
+      if (l.side == kInner && l.overhang * lattice.step > overhang.wide)
+        overhang = {l.overhang * lattice.step, lattice.to_model(snap(l.near))};
       const double lack = l.short_of * lattice.step;
       if (!(lack > kNegligible * goals_.diagonal)) return;
       const RoomLack worst = {slabs[l.face], lattice.to_model(snap(l.near)), lack, l.way * lattice.step,

@@ -23,7 +23,12 @@ struct Lengthened {
   std::vector<MovedFibre> moved;  ///< ascending
   std::vector<RoomLack> before, after;
   std::size_t lengthened = 0, turned = 0;
-  double overhang_before = 0, overhang_after = 0;  ///< as in RoomMade
+  /// The widest overhang.
+  struct Overhang {
+    double wide = 0;  ///< as RoomMade::overhang_after
+    Vec3d at;         ///< where the surface lies there
+  };
+  Overhang overhang_before, overhang_after;
   /// What is wanted below the surface and above it, and what lies between it and solids beside it: summed over places
   /// that are as dense as the samples, model units.
   double lack_before = 0, lack_after = 0;

@@ -524,8 +524,10 @@ TEST(FadeOut, RoundABallTheFloorStaysEven) {
   EXPECT_LT(std::ranges::max(radii), 0.82);
 }
 
+// No sample lies right under the tool, so none has all of its weight: were the nearest one not to end it all, each dab
+// would raise it a little, and there would be a plateau at last, of 0.9, 0.24 and 0.98 % of what has changed.
 TEST(FadeOut, ADepositLongerThanTheRoomIsRoundAtTheTop) {
-  for (const Tool tool : {Tool::Deposit, Tool::Inflate, Tool::Clay}) {
+  for (const auto& [tool, most] : {std::pair(Tool::Deposit, 0.001), {Tool::Inflate, 0.002}, {Tool::Clay, 0.008}}) {
     const auto mesh = testing::plane_shell(4, 32, 0.1);
     Editor editor(Snapshot::make(mesh));
     std::vector<StrokePoint> points;
@@ -545,7 +547,7 @@ TEST(FadeOut, ADepositLongerThanTheRoomIsRoundAtTheTop) {
     tell(std::string(name(tool)) + ": share at the top", double(at_top) / double(changed));
     EXPECT_GT(told.limited, 0U) << name(tool);
     EXPECT_GT(highest, 0.9F);
-    EXPECT_LE(at_top, changed / 20) << name(tool);
+    EXPECT_LE(double(at_top), most * double(changed)) << name(tool);
   }
 }
 

@@ -278,7 +278,12 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   settings.make_room = [&](const SnapshotPtr&, const RoomWanted& wanted, const Progress&) -> Result<Room> {
     ++asked;
     EXPECT_FALSE(wanted.cut.empty());
-    return Room{.model = nullptr, .lacking = 7, .overhang = 0.25};
+    return Room{.model = nullptr,
+                .lacking = 7,
+                .bar = RoomBar::Fibres,
+                .bar_at = {1, 2, 3},
+                .overhang = 0.25,
+                .overhang_at = {4, 5, 6}};
   };
   Document document(ball(), std::move(settings));
   post(document, deep_tap(0.35));
@@ -291,13 +296,17 @@ TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
   ASSERT_GE(events.of<RoomEnded>().size(), 1U);
   EXPECT_EQ(events.of<RoomEnded>()[0].fibres, 0U);
   EXPECT_EQ(events.of<RoomEnded>()[0].lacking, 7U);
+  EXPECT_EQ(events.of<RoomEnded>()[0].bar_at, Vec3d(1, 2, 3));
   EXPECT_EQ(events.of<RoomEnded>()[0].overhang, 0.25);
+  EXPECT_EQ(events.of<RoomEnded>()[0].overhang_at, Vec3d(4, 5, 6));
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang_at, Vec3d(4, 5, 6));
   EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0.25) << "an undercut is told with the stroke";
   // A stroke that has enough asks nobody.
   post(document, stroke_over_ball(0));
   document.settle();
   EXPECT_LE(asked, 2);
   EXPECT_EQ(events.of<StrokeFinished>().back().overhang, 0);
+  EXPECT_EQ(events.of<StrokeFinished>().back().overhang_at, Vec3d());
 }
 
 TEST(RoomUnderAStroke, CanBeCancelled) {

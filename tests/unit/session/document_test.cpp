@@ -466,9 +466,15 @@ TEST(Document, LimitsAndMissedPointsAreToldOnceAStroke) {
   document.settle();
   ASSERT_EQ(events.of<LimitReached>().size(), 1U);
   EXPECT_GT(events.of<LimitReached>()[0].so_far.limited, 0U);
+  const Vec3d first = events.of<LimitReached>()[0].so_far.limited_at;
+  EXPECT_NEAR(length(first), 1, 0.1) << "a place on the ball";
+  EXPECT_LT(length(first - deep.points[0].position), 0.2) << "its first dab goes beyond the clay";
   ASSERT_EQ(events.of<PointMissed>().size(), 1U);
   const StrokeFinished finished = events.of<StrokeFinished>().back();
   EXPECT_EQ(finished.result.missed, 3U);
+  EXPECT_EQ(finished.result.missed_at, Vec3d(4, 4, 4));
+  EXPECT_EQ(finished.result.limited_at, first);
+  EXPECT_EQ(finished.result.detail_limited_at, Vec3d());
   EXPECT_GT(finished.result.limited, 0U);
   EXPECT_GT(finished.result.samples, 0U);
   EXPECT_GT(finished.tiles, 0U);
@@ -484,7 +490,9 @@ TEST(Document, AGridThatStaysTooCoarseIsToldOnceAStroke) {
   fine.brush.detail = 1e-6;
   post(document, fine);
   document.settle();
-  EXPECT_EQ(events.of<DetailLimited>().size(), 1U);
+  ASSERT_EQ(events.of<DetailLimited>().size(), 1U);
+  EXPECT_EQ(events.of<DetailLimited>()[0].at, events.of<StrokeFinished>().back().result.detail_limited_at);
+  EXPECT_LT(length(events.of<DetailLimited>()[0].at - fine.points[0].position), fine.brush.radius);
   EXPECT_TRUE(events.of<StrokeFinished>().back().result.detail_limited);
   post(document, fine);
   document.settle();

@@ -46,6 +46,22 @@ TEST(ToolState, ValuesStayInTheirRangesAndAreToldOnce) {
   EXPECT_EQ(state.value("strength"), 1);
 }
 
+TEST(ToolState, TheSampleSpacingIsTheHandsAndGoesIntoEveryStroke) {
+  ToolState state;
+  for (const QString& id : ToolState::ids()) EXPECT_EQ(state.brush_of(id).detail, kDetail) << id.toStdString();
+  state.choose("carve");
+  state.set_value("detail", 0.02);
+  state.choose("smooth");
+  EXPECT_EQ(state.brush().detail, 0.02);
+  EXPECT_EQ(state.inverted().value_or(state.brush()).detail, 0.02);
+  state.set_value("detail", 3);
+  EXPECT_EQ(state.brush().detail, kCoarsestDetail);
+  state.set_value("detail", -1);
+  EXPECT_EQ(state.brush().detail, 0) << "the grid stays as it is";
+  state.forget_hand();
+  EXPECT_EQ(state.brush().detail, kDetail);
+}
+
 TEST(ToolState, OppositesAreMutualAndKeepTheStrength) {
   ToolState state;
   state.set_value("strength", 0.37);
