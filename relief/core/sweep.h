@@ -80,7 +80,7 @@ class Sweep {
   /// samples, and along its walls. False where there is none.
   [[nodiscard]] bool clip_to_sides(double& enter, double& leave) const noexcept;
   [[nodiscard]] std::optional<Stretch> over(const Course& line, GridPoint at, int side,
-                                            const SampleBounds::Between& heights) const noexcept;
+                                            const SampleBounds::Between& heights, double overhang) const noexcept;
   /// Tests the triangles that the way may meet, block by block along it.
   void cells(const Course& line) noexcept;
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights

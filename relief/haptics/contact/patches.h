@@ -220,6 +220,8 @@ class Patch {
   using Samples = NearSlab::Samples;
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
+  // Squared area, up to which a triangle's plane is not known: below it floats lose digits.
+  static constexpr float kSliver = std::numeric_limits<float>::min();
   // Squared radius, and distance from the origin, up to which floats are fine enough: 50 times their rounding, some
   // four times over, is what the bounds leave for it.
   static constexpr float kFar2 = 2500;
@@ -300,7 +302,7 @@ class Patch {
       const FourVectors area = areas.from(k);
       const Four area2 = dot(area, area), none = {};
       discs.middle = middles.from(k);
-      discs.normal = area * (area2 > 0 ? 1 / root(area2) : none);
+      discs.normal = area * (area2 > kSliver ? 1 / root(area2) : none);
       discs.radius = root(Cells::four(radii2, k));
       const std::uint32_t cells = samples_.triangles[across] >> k;
       const unsigned there = (cells & 3U) | (cells >> Samples::kRow & 3U) << 2U;
@@ -335,7 +337,7 @@ class Patch {
     const FourVectors middle = samples(kRow + 1);
     const FourVectors area = cross(samples(2 * kRow + 2) - samples(0), samples(2 * kRow) - samples(2));
     const Four area2 = dot(area, area), none = {};
-    const FourVectors normal = area * (area2 > 0 ? 1 / root(area2) : none);
+    const FourVectors normal = area * (area2 > kSliver ? 1 / root(area2) : none);
     Four high = {}, low = {}, far2 = {};
     for (const std::size_t k : {0UZ, 1UZ, 2UZ, kRow, kRow + 2, 2 * kRow, 2 * kRow + 1, 2 * kRow + 2}) {
       const FourVectors from = samples(k) - middle;

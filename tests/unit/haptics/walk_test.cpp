@@ -5,6 +5,7 @@
 
 #include <relief/base/triangle.h>
 #include <relief/core/tessellate.h>
+#include <relief/core/query.h>
 #include <relief/haptics/contact/walk.h>
 
 #include <gtest/gtest.h>
