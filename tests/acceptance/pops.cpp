@@ -72,12 +72,12 @@ std::vector<Scene> scenes() {
   std::vector<Scene> all = {{"disc of 0.2 mm", disc()},
                             {"finger of 6 mm", finger()},
                             {"cusps", formed(testing::sphere_shell(2, 32, 0.2, 1.2), cusps)},
-                            {"spheres that touch", touching()},
-                            {"needles", needles()}};
+                            {"spheres that touch", touching()}};
   for (const std::string name : {"bowl", "head"})
     if (const auto mesh = make_sample(name, 30'000))
       if (const auto made = convert(*mesh, {.slabs = 200, .intervals = 32}))
         all.push_back({"sample " + name, made->model.head});
+  all.push_back({"needles", needles()});
   return all;
 }
 
