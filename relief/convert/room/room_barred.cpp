@@ -26,7 +26,7 @@ struct Obstacle {
 class Axes {
  public:
   Axes(const Snapshot& surface, const RoomGoals& goals)
-      : surface_(surface), negligible_(kNegligible * goals.diagonal), fade_share_(goals.fade_share) {}
+      : surface_(surface), negligible_(detail::kNegligible * goals.diagonal), fade_share_(goals.fade_share) {}
 
   /// From the place where a tool that is at one end of the solid has the surface above its deepest point.
   [[nodiscard]] std::optional<Obstacle> under_cut(const Capsule& solid, Vec3d end) const {
