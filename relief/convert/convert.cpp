@@ -238,6 +238,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   report.strays = leave_out_strays(repaired.mesh);
   show_components(settings.show, Stage::Repaired, repaired.mesh);
   clock.phase_done("repair");
+  const double scanned_area = surface_area(repaired.mesh);
   if (settings.remesh) {
     RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, Follow::Skin, settings.show, report, progress));
     if (progress.cancelled()) return cancelled();
@@ -254,7 +255,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   Paged<TriangleMesh> source(std::move(given), pages);
   source.rest();
   Ground ground{Paged(std::move(repaired.mesh), pages), report.source_triangles,
-                Lattice::around(box, kWhileMade * settings.thickness * across)};
+                Lattice::around(box, kWhileMade * settings.thickness * across), scanned_area};
   RELIEF_CHECK(check_resolution(ground.mesh.get(), box, kWhileMade * settings.thickness * across, ground.lattice));
   const auto repaired_again = [&](bool remeshed) -> Result<TriangleMesh> {
     RELIEF_TRY(auto made, repair(source.get(), progress));
