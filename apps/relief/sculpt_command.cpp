@@ -1,6 +1,7 @@
 // sculpt: strokes from a file, or of a hand at a device, one transaction each.
 #include "live.h"
 
+#include <relief/base/place.h>
 #include <relief/base/try.h>
 #include <relief/convert/room.h>
 #include <relief/session/document.h>
@@ -140,44 +141,40 @@ ordered_json json_of(const RoomTold& room) {
 }
 
 /// "stroke 2 near (1.5, -20, 0.25) mm".
-std::string place_in(std::size_t stroke, Vec3d at, Unit unit) {
-  const double most = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
-  constexpr double kNothing = 1e-4;  // of the largest coordinate: less is rounding
-  const auto shown = [&](double value) { return std::abs(value) < kNothing * most ? 0.0 : value; };
-  return fmt::format("stroke {} near ({:.4g}, {:.4g}, {:.4g}) {}", stroke, shown(at.x), shown(at.y), shown(at.z),
-                     name(unit));
+std::string place_in(std::size_t stroke, Vec3d at, const ModelInfo& info) {
+  const Vec3d p = rounded_place(at, info.source_diagonal);
+  return fmt::format("stroke {0} near ({2:.{1}g}, {3:.{1}g}, {4:.{1}g}) {5}", stroke, kPlaceDigits, p.x, p.y, p.z,
+                     name(info.unit));
 }
 
 /// Why a stroke could not go on, one sentence; empty where nothing barred its way.
-std::string why_of(const RoomTold& room, Unit unit) {
-  const std::string away = fmt::format("{:.3g} {}", room.sum.bar_distance, name(unit)),
-                    place = place_in(room.stroke, room.sum.bar_at, unit);
+std::string why_of(const RoomTold& room, const ModelInfo& info) {
+  const std::string away = fmt::format("{:.3g} {}", room.sum.bar_distance, name(info.unit)),
+                    place = place_in(room.stroke, room.sum.bar_at, info) + ": ";
   switch (room.sum.bar) {
     case RoomBar::None:
       return {};
     case RoomBar::FarSide:
-      return "under " + place + " the form is " + away +
-             " thick, and a stroke goes to about its middle; slabs cannot have holes\n";
+      return place + "the form is " + away + " thick, and a stroke ends at half; carve beside it\n";
     case RoomBar::OtherPart:
-      return "over " + place + " another part of the form is " + away +
-             " away, and a stroke grows to about the middle\n";
+      return place + "another part of the form is " + away + " away, and a stroke ends halfway to it\n";
     case RoomBar::Fibres:
-      return "at " + place + " the form leaves no room for longer fibres\n";
+      return place + "the form leaves no room for longer fibres\n";
   }
   return {};
 }
 
 /// What became of the slabs under the strokes; empty where all had room.
-std::string said_of(const RoomTold& room, Unit unit) {
+std::string said_of(const RoomTold& room, const ModelInfo& info) {
   const auto& [made, times, stroke] = room;
   if (times == 0 || (made.fibres == 0 && made.lacking == 0)) return {};
   std::string text = made.fibres == 0 ? "the clay ended under a stroke"
                                       : fmt::format("room was made: {} fibres reach further", made.fibres);
   if (made.surface_moved > 0)
-    text += fmt::format(", and the surface beside the tool moved by {:.2g} {} at most", made.surface_moved, name(unit));
-  if (made.fibres > 0 && made.lacking > 0)
-    text += fmt::format("; {} slabs still end before the stroke does", made.lacking);
-  return text + '\n' + why_of(room, unit);
+    text += fmt::format(", and the surface beside the tool moved by {:.2g} {} at most", made.surface_moved,
+                        name(info.unit));
+  if (made.fibres > 0 && made.lacking > 0) text += fmt::format("; {} slabs still end early", made.lacking);
+  return text + '\n' + why_of(room, info);
 }
 
 ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
@@ -225,7 +222,7 @@ struct Met {
 };
 
 /// What the strokes could not do, a line each; empty where they did all. The first has the number `first`.
-std::string limits_of(const std::vector<StrokeFinished>& strokes, std::size_t first, Unit unit) {
+std::string limits_of(const std::vector<StrokeFinished>& strokes, std::size_t first, const ModelInfo& info) {
   Met limited, missed, coarse, beside;
   std::uint64_t folded = 0;
   double overhang = 0;
@@ -239,29 +236,28 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes, std::size_t fi
     beside.add(s.result.beside ? 1 : 0, number, s.result.beside_at);
     if (s.overhang > overhang) {
       overhang = s.overhang;
-      over = place_in(number, s.overhang_at, unit);
+      over = place_in(number, s.overhang_at, info);
     }
     folded += s.folded;
   }
-  const auto first_of = [&](const Met& met) { return ", first in " + place_in(met.stroke, met.at, unit); };
+  const auto first_of = [&](const Met& met) { return ", first in " + place_in(met.stroke, met.at, info); };
   std::vector<std::string> said;
   if (limited.count > 0)
     said.push_back(counted(limited.count, "sample") + " could not go as far as asked" + first_of(limited) +
-                   ": the clay below them, or the room above, ends");
+                   ": the clay or the room above ends");
   if (missed.count > 0)
     said.push_back(counted(missed.count, "point") + " lay farther from the surface than the radius" + first_of(missed) +
                    ", and " + (missed.count == 1 ? "was" : "were") + " left out");
   if (coarse.count > 0)
-    said.push_back("the grid stayed coarser than the tool wants under " + counted(coarse.count, "stroke") +
-                   first_of(coarse) + ": a larger radius or detail helps, or shorter strokes");
+    said.push_back("the grid stayed too coarse for " + counted(coarse.count, "stroke") + first_of(coarse) +
+                   "; use a larger radius or detail");
   if (beside.count > 0)
     said.push_back("fibres lean under " + counted(beside.count, "stroke") + first_of(beside) +
                    ", so clay beside the tool was taken, too");
   if (overhang > 0)
     said.push_back(
-        fmt::format("{} goes up to {:.3g} {} under the surface beside it: slabs cannot hold undercuts, "
-                    "so the clay above goes, too",
-                    over, overhang, name(unit)));
+        fmt::format("{} goes {:.3g} {} under the surface beside it; slabs hold no undercuts, so the clay above goes",
+                    over, overhang, name(info.unit)));
   if (folded > 0) said.push_back("the fibres of " + counted(folded, "sample") + " meet the surface several times");
   std::string text;
   for (const std::string& line : said) text += line + '\n';
@@ -270,11 +266,11 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes, std::size_t fi
 
 /// `before`: strokes of the file that had been played already.
 void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::size_t before,
-                 std::uint64_t total, Unit unit) {
+                 std::uint64_t total, const ModelInfo& info) {
   const auto changed = std::ranges::count_if(strokes, [](const StrokeFinished& s) { return s.result.changed; });
   print(fmt::format("{}: {} of {} strokes changed the model; {} in all\n", printable(out), changed, strokes.size(),
                     total));
-  print(limits_of(strokes, before + 1, unit));
+  print(limits_of(strokes, before + 1, info));
 }
 
 // ---- Strokes from a file
@@ -419,8 +415,8 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   }
   if (before > 0)
     print(fmt::format("{}: has the first {} of {} strokes already\n", printable(o.out), before, strokes.size()));
-  if (!told.empty() || before == 0) say_strokes(o.out, told, before, total, document.info().unit);
-  print(said_of(listener.room(), document.info().unit));
+  if (!told.empty() || before == 0) say_strokes(o.out, told, before, total, document.info());
+  print(said_of(listener.room(), document.info()));
   return {};
 }
 
@@ -566,8 +562,8 @@ Status run_live(const SculptOptions& given, const Context& context) {
   json["losses"] = to_json(losses);
   json["outputs"] = to_json(outputs);
   add_error(json, ended);
-  if (!context.json) say_strokes(o.out, strokes, 0, total, document.info().unit);
-  if (!context.json) print(said_of(listener.room(), document.info().unit));
+  if (!context.json) say_strokes(o.out, strokes, 0, total, document.info());
+  if (!context.json) print(said_of(listener.room(), document.info()));
   say_live(context, json, summary, stats.servo, outputs);
   return ended;
 }

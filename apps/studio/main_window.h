@@ -199,6 +199,7 @@ class MainWindow : public QMainWindow {
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;
+  double across_ = 0;           // the model's diagonal, its units; 0: not known
   bool lean_told_ = false;      ///< in the open model: fibres lean in many places of some
   bool bar_told_ = false;       ///< what the running stroke runs into was said
   bool room_told_ = false;      ///< that room is being made under the running stroke was said

@@ -2,6 +2,8 @@
 
 #include "languages.h"
 
+#include <relief/base/place.h>
+
 #include <QCoreApplication>
 #include <QLocale>
 #include <QRegularExpression>
@@ -28,14 +30,13 @@ QString length_text(double length, Unit unit) {
   return QLocale().toString(size == 0 ? 0.0 : length, 'f', std::min(digits, 6)) + QChar(0x00a0) + text(name(unit));
 }
 
-QString place_text(const Vec3d& place, Unit unit) {
-  const QLocale locale;
+QString place_text(const Vec3d& place, double across, Unit unit) {
+  QLocale locale;
+  locale.setNumberOptions(QLocale::OmitGroupSeparator);  // commas stand between the numbers
   const QString between = locale.decimalPoint() == QLatin1String(",") ? QStringLiteral("; ") : QStringLiteral(", ");
   QStringList parts;
-  const double most = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
-  constexpr double kNothing = 1e-4;  // of the largest coordinate: less is rounding
-  for (const double value : {place.x, place.y, place.z})
-    parts.append(locale.toString(std::abs(value) < kNothing * most ? 0.0 : value, 'g', 4));
+  const Vec3d at = rounded_place(place, across);
+  for (const double value : {at.x, at.y, at.z}) parts.append(locale.toString(value, 'g', kPlaceDigits));
   return QLatin1Char('(') + parts.join(between) + QLatin1Char(')') + QChar(0x00a0) + text(name(unit));
 }
 

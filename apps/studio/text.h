@@ -21,8 +21,9 @@ namespace relief::studio {
 
 /// A length in model units as people read it: three significant digits and the unit, "8.5 mm".
 [[nodiscard]] QString length_text(double length, Unit unit);
-/// A place in model units: "(12.3, -4.5, 0) mm"; with semicolons where commas are decimal points.
-[[nodiscard]] QString place_text(const Vec3d& place, Unit unit);
+/// A place as rounded_place() has it: "(12.3, -4.5, 0) mm"; with semicolons where commas are decimal points. `across`:
+/// the model's diagonal.
+[[nodiscard]] QString place_text(const Vec3d& place, double across, Unit unit);
 /// A share as people read it: "60 %".
 [[nodiscard]] QString percent_text(double share);
 /// A sample model by its name in the library: "Pumpkin".

@@ -30,20 +30,20 @@ namespace {
 const QString kUnsaved = QStringLiteral("unsaved");  // a subject of the banner
 
 /// Returns what of the form keeps a stroke from going on, where that is known.
-QString bar_text(const RoomEnded& room, Unit unit) {
+QString bar_text(const RoomEnded& room, double across, Unit unit) {
   switch (room.bar) {
     case RoomBar::FarSide:
       return MainWindow::tr(
                  "The form is %1 thick at %2. A stroke goes to about its middle, for slabs cannot have holes.")
-          .arg(length_text(room.bar_distance, unit), place_text(room.bar_at, unit));
+          .arg(length_text(room.bar_distance, unit), place_text(room.bar_at, across, unit));
     case RoomBar::OtherPart:
       return MainWindow::tr("Another part of the form is %1 away from %2. A stroke grows to about the middle.")
-          .arg(length_text(room.bar_distance, unit), place_text(room.bar_at, unit));
+          .arg(length_text(room.bar_distance, unit), place_text(room.bar_at, across, unit));
     default:
       break;
   }
   if (!(room.overhang > 0)) return {};
-  const QString under = length_text(room.overhang, unit), at = place_text(room.overhang_at, unit);
+  const QString under = length_text(room.overhang, unit), at = place_text(room.overhang_at, across, unit);
   return room.fibres > 0 || room.lacking == 0
              ? MainWindow::tr(
                    "The tool goes %1 under the surface at %2. Slabs cannot hold undercuts: the clay above goes, too.")
@@ -85,12 +85,13 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::limitReached, this, [this](const StrokeResult& so_far) {
     if (!bar_told_)
-      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(so_far.limited_at, unit_)));
+      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(so_far.limited_at, across_, unit_)));
   });
   connect(&bridge_, &DocumentBridge::pointMissed, this,
           [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
   connect(&bridge_, &DocumentBridge::detailLimited, this, [this](const Vec3d& at) {
-    say(tr("The surface stays coarser at %1 than this tool wants. A larger radius helps.").arg(place_text(at, unit_)));
+    say(tr("The surface stays coarser at %1 than this tool wants. A larger radius helps.")
+            .arg(place_text(at, across_, unit_)));
   });
   connect(&bridge_, &DocumentBridge::takenBeside, this, [this] {
     if (std::exchange(lean_told_, true)) return;
@@ -108,20 +109,21 @@ void MainWindow::connect_document() {
                      : tr("Making room under the stroke …"));
   });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
-    const QString bar = bar_text(room, unit_);
+    const QString bar = bar_text(room, across_, unit_);
     bar_told_ = !bar.isEmpty();
     if (bar_told_)
       say(bar);
     else if (!room_told_)
       return;  // nothing ran out; what is still taken from beside the tool, takenBeside tells
     else if (room.fibres == 0 && room.bar != RoomBar::None)
-      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(room.bar_at, unit_)));
+      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(room.bar_at, across_, unit_)));
     else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)
       say(tr("There is room again."));
     else
-      say(tr("There is more room now, but at %1 not as much as the stroke wants.").arg(place_text(room.bar_at, unit_)));
+      say(tr("There is more room now, but at %1 not as much as the stroke wants.")
+              .arg(place_text(room.bar_at, across_, unit_)));
   });
   connect(&bridge_, &DocumentBridge::cageChanged, this, [this](const CageChanged& change) {
     changing_cage_ = false;
@@ -209,6 +211,7 @@ void MainWindow::connect_files() {
     opening_->hide();
     const SnapshotPtr head = bridge_.head();
     unit_ = bridge_.document()->info().unit;
+    across_ = bridge_.document()->info().source_diagonal;
     lean_told_ = false;
     const bool frame_it = viewport_->scene().mesh == nullptr;
     fit_tools(surface_bounds(*head));

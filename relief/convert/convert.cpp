@@ -45,25 +45,26 @@ class PhaseClock {
   Stopwatch watch_;
 };
 
-// What settings may be, shares of the diagonal; outside_range() says it.
-constexpr double kLeastError = 1e-7;  // a sample is exact to 6e-8 of its fibre, which may be as long as the diagonal
-constexpr double kFinestVoxel = 1e-5, kCoarsestVoxel = 0.1;  // finer than any source can take; hardly a shape is left
-constexpr double kThinnest = kUsualError;                    // shorter fibres hold no more than is missed anyway
+// What settings may be; all but the counts are shares of the diagonal.
+constexpr Range kSlabs = {4, 1'000'000};
+constexpr Range kIntervals = {1, kMaxIntervals};
+constexpr Range kErrors = {1e-7, 1};    // a sample is exact to 6e-8 of its fibre, which may be as long as the diagonal
+constexpr Range kVoxels = {1e-5, 0.1};  // finer than any source can take; hardly a shape is left
+constexpr Range kThicknesses = {kUsualError, 1};  // shorter fibres hold no more than is missed anyway
 
 Status check(const ConvertSettings& settings) {
-  if (settings.slabs < 4 || settings.slabs > 1'000'000) return outside_range(Setting::Slabs, settings.slabs);
-  if (settings.intervals < 0 || settings.intervals > kMaxIntervals)
-    return outside_range(Setting::Intervals, settings.intervals);
-  if (settings.error && !(*settings.error >= kLeastError && *settings.error <= 1))
-    return outside_range(Setting::Error, *settings.error);
-  if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
-    return outside_range(Setting::ColourIntervals, settings.colour_intervals);
-  if (settings.remesh &&
-      !(*settings.remesh == 0 || (*settings.remesh >= kFinestVoxel && *settings.remesh <= kCoarsestVoxel)))
-    return outside_range(Setting::Voxel, *settings.remesh);
+  const auto is_free_or_in = [](Range range, double value) { return value == 0 || range.holds(value); };
+  if (!kSlabs.holds(settings.slabs)) return outside_range(Setting::Slabs, settings.slabs, kSlabs);
+  if (!is_free_or_in(kIntervals, settings.intervals))
+    return outside_range(Setting::Intervals, settings.intervals, kIntervals);
+  if (settings.error && !kErrors.holds(*settings.error)) return outside_range(Setting::Error, *settings.error, kErrors);
+  if (!is_free_or_in(kIntervals, settings.colour_intervals))
+    return outside_range(Setting::ColourIntervals, settings.colour_intervals, kIntervals);
+  if (settings.remesh && !is_free_or_in(kVoxels, *settings.remesh))
+    return outside_range(Setting::Voxel, *settings.remesh, kVoxels);
   if (settings.mode == Mode::Preview) return no_mode_to_convert_to();
-  if (!(settings.thickness >= kThinnest && settings.thickness <= 1))
-    return outside_range(Setting::Thickness, settings.thickness);
+  if (!kThicknesses.holds(settings.thickness))
+    return outside_range(Setting::Thickness, settings.thickness, kThicknesses);
   return {};
 }
 
@@ -217,11 +218,11 @@ Result<Mode> mode_of(const Ground& ground, const ConvertSettings& settings, cons
 }
 
 // Model units across: between them the eighth power of a length is a normal double.
-constexpr double kSmallest = 1e-36, kLargest = 1e36;
+constexpr Range kSizes = {1e-36, 1e36};
 
 Status check_size(double across) {
-  if (std::isfinite(across) && across >= kSmallest && across <= kLargest) return {};
-  return size_out_of_bounds(across);
+  if (kSizes.holds(across)) return {};
+  return size_out_of_bounds(across, kSizes);
 }
 
 Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& settings, const Progress& progress) {
@@ -238,9 +239,10 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   report.strays = leave_out_strays(repaired.mesh);
   show_components(settings.show, Stage::Repaired, repaired.mesh);
   clock.phase_done("repair");
+  const double scanned_area = surface_area(repaired.mesh);
   if (settings.remesh) {
     RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, Follow::Skin, settings.show, report, progress));
-    if (progress.cancelled()) return cancelled();
+    if (progress.cancelled()) return cancelled(Work::Conversion);
     clock.phase_done("remesh");
   }
   report.source_triangles = repaired.mesh.triangles.size();
@@ -254,7 +256,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   Paged<TriangleMesh> source(std::move(given), pages);
   source.rest();
   Ground ground{Paged(std::move(repaired.mesh), pages), report.source_triangles,
-                Lattice::around(box, kWhileMade * settings.thickness * across)};
+                Lattice::around(box, kWhileMade * settings.thickness * across), scanned_area};
   RELIEF_CHECK(check_resolution(ground.mesh.get(), box, kWhileMade * settings.thickness * across, ground.lattice));
   const auto repaired_again = [&](bool remeshed) -> Result<TriangleMesh> {
     RELIEF_TRY(auto made, repair(source.get(), progress));
@@ -271,7 +273,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   if (mesh == nullptr && !settings.mode && !progress.cancelled())
     mesh = stand_on_a_solid(ground, repaired_again, settings, across, report, progress);
   clock.phase_done("certify");
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Conversion);
   if (mesh == nullptr) return no_shell(report, settings);
   const Lattice& lattice = ground.lattice;
   std::optional<SourceRays> surface(std::in_place, ground.mesh.get().positions, ground.mesh.get().triangles, lattice);
@@ -308,7 +310,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
     if (settings.intervals > 0) finest = finest_intervals(result.model.head->slab_mesh(), sampled.source);
     surface.reset();
     const Measured back = made.from(ground.mesh.get().positions, scanned(ground), progress);
-    if (progress.cancelled()) return cancelled();
+    if (progress.cancelled()) return cancelled(Work::Conversion);
     report.to_mended = relative(there);
     report.from_mended = relative(back);
     report_coarse(there.slabs, back.slabs, finest, settings, share, report);
@@ -330,7 +332,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
       ground.mesh.rest();
     }
     clock.phase_done("measure");
-    if (progress.cancelled()) return cancelled();
+    if (progress.cancelled()) return cancelled(Work::Conversion);
 
     if (as_read.has_colour()) {
       progress("colour", 0);

@@ -150,13 +150,13 @@ struct ConvertReport {
   };
   std::optional<Skin> skin;      ///< where its outer skin took the place of the source
   std::optional<Remesh> remesh;  ///< where it was requested, or the mode could not do without
-  /// Source of which winding does not decide whether it lies inside, as of open sheets through solids: it may be
-  /// missing.
+  /// Surface of which winding does not decide whether it lies inside, as open sheets through solids: it may be
+  /// missing. The greater of what the remesh and the outer skin find.
   struct Undecided {
-    static constexpr double kTold = 0.005;  ///< of a solid; less of it lies around any hole. Coverage misses as much
-    double share = 0;                       ///< of the source's area; 0: none, or less than is told
-    Vec3d near;                             ///< a place of it, model units, where there is some
-  } undecided;                              ///< what of the source winding leaves open
+    static constexpr double kTold = 0.005;  ///< least share that is told; less of it lies around any hole
+    double share = 0;  ///< of the source's area as scanned (repaired, without fill); 0: less than is told
+    Vec3d near;        ///< a place of it, model units, where there is some
+  } undecided;         ///< what of the source winding leaves open
   /// Holds what closed surfaces of the mended source's topology take at least; where there are more slabs than asked
   /// for.
   struct Fewest {

@@ -7,28 +7,30 @@
 
 namespace relief::detail {
 
-std::unexpected<Error> outside_range(Setting setting, double value) {
-  const auto say = [&](std::string_view what, std::string_view range) {
-    const bool is_count =
-        setting == Setting::Slabs || setting == Setting::Intervals || setting == Setting::ColourIntervals;
-    const std::string given = is_count ? std::to_string(std::llround(value)) : number(value);
-    return fail(Errc::InvalidArgument, std::string(what) + " is " + given + "; it must be " + std::string(range) + ".");
+std::unexpected<Error> outside_range(Setting setting, double value, Range range) {
+  const bool is_count =
+      setting == Setting::Slabs || setting == Setting::Intervals || setting == Setting::ColourIntervals;
+  const auto say_number = [&](double x) { return is_count ? std::to_string(std::llround(x)) : number(x); };
+  const auto say = [&](std::string_view what, std::string_view zero) {
+    return fail(Errc::InvalidArgument, std::string(what) + " is " + say_number(value) + "; it must be " +
+                                           std::string(zero) + say_number(range.least) + " to " +
+                                           say_number(range.most) + (is_count ? "." : ", a share of the diagonal."));
   };
   switch (setting) {
     case Setting::Slabs:
-      return say("the number of slabs", "4 to 1000000");
+      return say("the number of slabs", "");
     case Setting::Intervals:
-      return say("the number of intervals per edge", "1 to 128");
+      return say("the number of intervals per edge", "0 (chosen per slab) or ");
     case Setting::Error:
-      return say("the error", "1e-7 to 1, a share of the diagonal");
+      return say("the error", "");
     case Setting::ColourIntervals:
-      return say("the number of colour intervals per edge", "0 to 128");
+      return say("the number of colour intervals per edge", "0 (chosen for the colours) or ");
     case Setting::Voxel:
-      return say("the voxel to remesh with", "0.00001 to 0.1, a share of the diagonal");
+      return say("the voxel to remesh with", "0 (chosen from the source) or ");
     case Setting::Thickness:
       break;
   }
-  return say("the thickness", "0.0001 to 1, a share of the diagonal");
+  return say("the thickness", "");
 }
 
 std::unexpected<Error> cancelled(Work work) {
@@ -37,6 +39,8 @@ std::unexpected<Error> cancelled(Work work) {
       return fail(Errc::Cancelled, "conversion was cancelled.");
     case Work::Remesh:
       return fail(Errc::Cancelled, "remeshing was cancelled.");
+    case Work::Room:
+      return fail(Errc::Cancelled, "making room was cancelled.");
     case Work::Other:
       break;
   }
@@ -49,7 +53,7 @@ std::unexpected<Error> no_mode_to_convert_to() {
 
 std::unexpected<Error> not_enough_memory(std::size_t triangles, int slabs) {
   return fail(Errc::InvalidArgument, "there is not enough memory for " + std::to_string(triangles) + " triangles and " +
-                                         std::to_string(slabs) + " slabs.");
+                                         std::to_string(slabs) + " slabs; use fewer --slabs.");
 }
 
 std::unexpected<Error> too_far_from_the_origin(double farthest, double across) {
@@ -57,10 +61,10 @@ std::unexpected<Error> too_far_from_the_origin(double farthest, double across) {
                                  number(across) + " across, are too small for that; move it nearer to the origin.");
 }
 
-std::unexpected<Error> size_out_of_bounds(double across) {
-  return fail(Errc::Corrupt,
-              "the source is " + number(across) +
-                  " across; coordinates of this size cannot be computed with; scale it to between 1e-36 and 1e36.");
+std::unexpected<Error> size_out_of_bounds(double across, Range range) {
+  return fail(Errc::Corrupt, "the source is " + number(across) +
+                                 " across; coordinates of this size cannot be computed with; scale it to between " +
+                                 number(range.least) + " and " + number(range.most) + ".");
 }
 
 std::unexpected<Error> certified_something_else(const ConvertReport& report) {
@@ -73,7 +77,7 @@ std::unexpected<Error> voxels_too_small(double least) {
 }
 
 std::unexpected<Error> nothing_as_large_as_voxels() {
-  return fail(Errc::Corrupt, "nothing of the source is as large as the voxels that it is remeshed with.");
+  return fail(Errc::Corrupt, "nothing of the source is as large as the voxels; use a smaller --remesh=VOXEL.");
 }
 
 std::unexpected<Error> no_room(NoRoom why) {
@@ -102,7 +106,7 @@ std::string fault_of_tiles(Layer layer, const std::string& what) {
 }
 
 std::unexpected<Error> not_written(const std::filesystem::path& file) {
-  return fail(Errc::Cancelled, printable(file.string()) + ": is not written: cancelled");
+  return fail(Errc::Cancelled, printable(file.string()) + ": not written, as the export was cancelled");
 }
 
 std::unexpected<Error> slabs_refused(const std::string& reason, Mode next, bool is_remeshed) {

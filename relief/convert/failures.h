@@ -1,5 +1,5 @@
-// What fails in a conversion, a remesh, a refinement and a room: kinds and their facts here, the sentences in
-// failures.cpp.
+// What fails in a conversion, a remesh, a refinement and a room: a kind and its facts go in, a finished error comes
+// out.
 #pragma once
 
 #include <relief/base/error.h>
@@ -16,13 +16,18 @@ namespace relief::detail {
 
 /// Says what of the settings has a range.
 enum class Setting : std::uint8_t { Slabs, Intervals, Error, ColourIntervals, Voxel, Thickness };
-/// A setting lies outside its range. InvalidArgument.
-[[nodiscard]] std::unexpected<Error> outside_range(Setting setting, double value);
+/// From the least to the most that a setting may be.
+struct Range {
+  double least, most;
+  [[nodiscard]] bool holds(double value) const noexcept { return value >= least && value <= most; }
+};
+/// A setting lies outside its range. Intervals and voxels may be 0, too, which need not lie in it. InvalidArgument.
+[[nodiscard]] std::unexpected<Error> outside_range(Setting setting, double value, Range range);
 
 /// Says what was going on when somebody cancelled.
-enum class Work : std::uint8_t { Conversion, Remesh, Other };
+enum class Work : std::uint8_t { Conversion, Remesh, Room, Other };
 /// Somebody cancelled. Cancelled.
-[[nodiscard]] std::unexpected<Error> cancelled(Work work = Work::Conversion);
+[[nodiscard]] std::unexpected<Error> cancelled(Work work);
 
 /// Preview is a mode of old files only. InvalidArgument.
 [[nodiscard]] std::unexpected<Error> no_mode_to_convert_to();
@@ -31,8 +36,9 @@ enum class Work : std::uint8_t { Conversion, Remesh, Other };
 /// The triangles of a source are no larger than what doubles tell apart where it lies. `farthest` from the origin,
 /// triangles so far `across`, model units. Corrupt.
 [[nodiscard]] std::unexpected<Error> too_far_from_the_origin(double farthest, double across);
-/// Doubles cannot hold the squares of a source's lengths. `across`: model units. Corrupt.
-[[nodiscard]] std::unexpected<Error> size_out_of_bounds(double across);
+/// Doubles cannot hold the eighth power of a source's diagonal. `across`: the diagonal; `range`: what it may be; model
+/// units. Corrupt.
+[[nodiscard]] std::unexpected<Error> size_out_of_bounds(double across, Range range);
 /// What was certified is not the source, and nothing less was allowed. Unfoldable.
 [[nodiscard]] std::unexpected<Error> certified_something_else(const ConvertReport& report);
 

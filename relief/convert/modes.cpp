@@ -75,7 +75,7 @@ struct ClosedShell {
   Lattice lattice;
   std::size_t openings = 0;                      ///< of which fill triangles are left
   std::optional<ConvertReport::Skin> skin = {};  ///< where parts overlapped
-  ConvertReport::Undecided undecided = {};       ///< of what overlapped
+  Undecided undecided = {};                      ///< of what overlapped
 };
 
 /// Returns what stands in the way of slabs on a solid that was made again with sharp edges: it crosses itself so much
@@ -188,6 +188,12 @@ ConvertReport::Fewest fewest_slabs(const ClosedSource& source, const Components&
 
 }  // namespace
 
+void add_undecided(ConvertReport& report, double area, Vec3d near, double scanned) {
+  const double share = scanned > 0 ? std::min(area / scanned, 1.0) : 0;
+  if (share < ConvertReport::Undecided::kTold || share <= report.undecided.share) return;
+  report.undecided = {share, near};
+}
+
 /// Returns the shell in certified mode and the source that it is certified against, in place of the repaired one.
 /// Without a certificate both stay, and the report has the reason (a clause); cancelled, there is no reason.
 /// `most_lost`: share of the source's area that a tolerant shell may leave out.
@@ -263,7 +269,7 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
   report.replaced_near = lattice.to_model(repairs.replaced_place);
   report.vanished_parts = repairs.vanished_components;
   report.skin = closed.skin;
-  if (closed.undecided.share > report.undecided.share) report.undecided = closed.undecided;
+  add_undecided(report, closed.undecided.area, closed.undecided.near, ground.scanned_area);
   report.specks = specks;
   report.left_out = std::move(left_out);
   report.lattice_step = lattice.step / diagonal;
@@ -300,7 +306,7 @@ CagePtr certify(Ground& ground, const ConvertSettings& settings, double diagonal
 
 Status remesh_source(TriangleMesh& mended, double share, Follow follow, const StageSink& show, ConvertReport& report,
                      const Progress& progress) {
-  const double across = diagonal(bounds(mended));
+  const double across = diagonal(bounds(mended)), scanned = surface_area(mended);
   RELIEF_TRY(Remeshed made, remesh(mended, share * across, follow, progress));
   report.remesh = {.voxel = made.voxel / across,
                    .sheets = made.sheets,
@@ -312,7 +318,7 @@ Status remesh_source(TriangleMesh& mended, double share, Follow follow, const St
   report.repair.parts = made.parts;
   report.repair.boundary_loops = made.rims;
   report.undecided = {};
-  if (made.undecided >= ConvertReport::Undecided::kTold) report.undecided = {made.undecided, made.undecided_at};
+  add_undecided(report, made.undecided, made.undecided_at, scanned);
   mended = std::move(made.mesh);
   show_components(show, Stage::Remeshed, mended);
   return {};
@@ -348,6 +354,7 @@ class Attempts {
   Attempts(const Ground& ground, const RepairedAgain& repaired, const ConvertSettings& settings, double diagonal,
            const ConvertReport& report, std::size_t always, const Progress& progress)
       : lattice_(ground.lattice),
+        scanned_area_(ground.scanned_area),
         pages_(ground.mesh.pages()),
         most_(std::max(always, ground.mesh.get().triangles.size())),
         repaired_(repaired),
@@ -367,7 +374,7 @@ class Attempts {
   /// Returns the source, or a solid of it, with its slabs; `most`: components that more slabs would take are left out.
   /// Nothing when cancelled, or where the solid cannot be made.
   std::optional<Attempt> make(TriangleMesh&& mesh, const Solid& solid, std::size_t most) const {
-    Attempt made = {{Paged(std::move(mesh), pages_), 0, lattice_}, at_first_};
+    Attempt made = {{Paged(std::move(mesh), pages_), 0, lattice_, scanned_area_}, at_first_};
     TriangleMesh& all = made.ground.mesh.get();
     if (solid.voxel > 0) {
       const double voxel = solid.voxel * diagonal_;
@@ -396,6 +403,7 @@ class Attempts {
 
  private:
   const Lattice lattice_;
+  const double scanned_area_;
   const bool pages_;
   const std::size_t most_;  // triangles of a solid
   const RepairedAgain& repaired_;

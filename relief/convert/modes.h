@@ -21,8 +21,13 @@ struct Ground {
   Paged<TriangleMesh> mesh;      ///< fill triangles come last
   std::size_t phantom_from = 0;  ///< the first of them
   Lattice lattice;
-  bool tolerant = false;  ///< the shell may fold in a small share of the area
+  double scanned_area = 0;  ///< of the source as scanned: repaired, without fill, not remeshed; square model units
+  bool tolerant = false;    ///< the shell may fold in a small share of the area
 };
+
+/// Takes down what winding leaves open (its `area`, and a place of it), as a share of the source's `scanned` area.
+/// Less than ConvertReport::Undecided::kTold is not taken down, nor what is less than there is already.
+void add_undecided(ConvertReport& report, double area, Vec3d near, double scanned);
 
 /// Of the longest fibre: so long they may be while slabs are made, and so far the lattice reaches beyond the source.
 /// Longer ones stand in each other's way where a body is thin, and neither error nor count gains.

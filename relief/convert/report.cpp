@@ -281,8 +281,9 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
          "long, were cut off "
          "and closed with patches");
   if (report.undecided.share > 0)
-    note("winding does not tell inside from outside for " + percent(report.undecided.share) +
-         " of the surface, as near " + place_in(report.undecided.near, info) + "; such sheets may be missing");
+    note("inside and outside cannot be told apart for " + percent(report.undecided.share) +
+         " of the surface, first near " + place_in(report.undecided.near, info) +
+         "; close or delete the open sheets there");
   for (const ConvertReport::LeftOut& speck : report.left_out) note(left_out(speck, report.lattice_step, info));
   if (report.specks > report.left_out.size())
     note(std::to_string(report.specks - report.left_out.size()) + " more such" +

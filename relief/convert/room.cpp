@@ -119,7 +119,7 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     Attempt attempt;
     RoomMade& made = attempt.made;
     Lengthened longer = lengthen_for(roots, wanted, goals, way, restrained, untested, progress);
-    if (progress.cancelled()) return cancelled();
+    if (progress.cancelled()) return cancelled(Work::Room);
     attempt.is_sound = longer.is_sound;
     made.before = std::move(longer.before);
     made.after = std::move(longer.after);
@@ -134,7 +134,7 @@ Result<Attempt> room_by(RoomWay way, const Snapshot& surface, const Snapshot& ro
     RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
     const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
     Resampled anew = resample(surface, mesh, longer, slabs, wanted, goals.most_moved * goals.diagonal, progress);
-    if (progress.cancelled()) return cancelled();
+    if (progress.cancelled()) return cancelled(Work::Room);
     if (!anew.unmet.empty() && tries < kTries) {
       restrained.add(anew.unmet);
       continue;
@@ -184,7 +184,7 @@ Result<RoomMade> room_between_roots(const Snapshot& surface, const RoomWanted& w
 Result<RoomMade> room_between_halves(const Snapshot& surface, const RoomWanted& wanted, RoomGoals goals,
                                      const Progress& progress) {
   const std::optional<SplitRoots> split = split_roots(surface, wanted, progress);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Room);
   if (!split) return RoomMade{};
   // What halving has moved already may not be moved again.
   goals.most_moved -= split->surface_moved / goals.diagonal;

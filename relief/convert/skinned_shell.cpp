@@ -70,7 +70,7 @@ Skinned take_skin(ClosedSource&& given, const Lattice& lattice, double of_diagon
                     .moved_most = skin->moved_most * of_diagonal,
                     .crossing = skin->crossing,
                     .specks = skin->slivers};
-  if (skin->undecided > 0) skinned.undecided = {skin->undecided, lattice.to_model(skin->undecided_at)};
+  skinned.undecided = {skin->undecided * lattice.step * lattice.step, lattice.to_model(skin->undecided_at)};
   return skinned;
 }
 

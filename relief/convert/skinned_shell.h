@@ -19,12 +19,18 @@ namespace relief::detail {
 /// cross are smoothed instead, and patches that cross something get another shape first.
 [[nodiscard]] bool asks_for_skin(const Overlaps& overlaps, std::size_t faces, bool is_last) noexcept;
 
+/// Surface of a source of which winding does not decide whether it lies inside.
+struct Undecided {
+  double area = 0;  ///< square model units
+  Vec3d near = {};  ///< a place of it, model units, where there is some
+};
+
 /// The outer skin in the place of a closed source, and which face and part of that its own were.
 struct Skinned {
   ClosedSource source;
   std::vector<std::uint32_t> face_of, part_of;  ///< by face, and by part; no part where there is no skin
   std::optional<ConvertReport::Skin> report = {};
-  ConvertReport::Undecided undecided = {};
+  Undecided undecided = {};
 };
 
 /// Returns the source itself where there is no skin, or when cancelled. `of_diagonal`: a lattice step, share of the

@@ -445,7 +445,7 @@ Status check(const TriangleMesh& mesh, const std::string& name, bool as_float) {
 
 Status write_any(const TriangleMesh& mesh, const std::filesystem::path& file, const ExportSettings& settings,
                  const std::string& name, const Progress& progress) {
-  const auto cancelled = [&] { return fail(Errc::Cancelled, name + ": is not written: cancelled"); };
+  const auto cancelled = [&] { return fail(Errc::Cancelled, name + ": not written, as the export was cancelled"); };
   if (progress.cancelled()) return cancelled();  // the mesh may be one that was not finished
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -102,8 +102,8 @@ QT_TRANSLATE_NOOP("Notes",
                   "%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 "
                   "times, near %4, were left out")
 QT_TRANSLATE_NOOP("Notes",
-                  "winding does not tell inside from outside for %1 % of the surface, as near %2; such sheets may be "
-                  "missing")
+                  "inside and outside cannot be told apart for %1 % of the surface, first near %2; close or delete the "
+                  "open sheets there")
 QT_TRANSLATE_NOOP("Notes",
                   "a part of %1 triangle at %2, only %3 of the diagonal across, was left out, as no slabs stand on it "
                   "with lattice steps of %4 of the diagonal")

@@ -618,8 +618,8 @@
         <translation>%1 Dreiecke haben ein anderes über sich, das sich faltet, zuerst bei %2</translation>
     </message>
     <message>
-        <source>winding does not tell inside from outside for %1 % of the surface, as near %2; such sheets may be missing</source>
-        <translation>Die Windungszahl unterscheidet bei %1 % der Oberfläche, etwa bei %2, innen nicht von außen; solche Flächen können fehlen</translation>
+        <source>inside and outside cannot be told apart for %1 % of the surface, first near %2; close or delete the open sheets there</source>
+        <translation>Bei %1 % der Oberfläche lassen sich innen und außen nicht unterscheiden, zuerst bei %2; schließen oder löschen Sie dort die offenen Flächen</translation>
     </message>
 </context>
 <context>

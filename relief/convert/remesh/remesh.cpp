@@ -147,7 +147,8 @@ void measure_undecided(const Skin& skin, Vec3d origin, double voxel, Remeshed& r
   for (std::size_t k = 0; k < samples.size(); ++k)
     if (is_decided[k] == 0) open.push_back(k);
   if (open.empty()) return;
-  result.undecided = double(open.size()) / double(samples.size());
+  const double area = area_of(skin.points(), skin.triangles()) * voxel * voxel;
+  result.undecided = area * double(open.size()) / double(samples.size());
   // The first may be one on an edge of a sound solid, where another face passes beside it.
   result.undecided_at = origin + samples[open[open.size() / 2]].at * voxel;
 }

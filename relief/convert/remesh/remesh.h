@@ -23,8 +23,8 @@ struct Remeshed {
   double to_skin = 0;      ///< greatest distance from a vertex that closes no hole to the skin, model units
   double from_skin = 0;    ///< greatest distance from 20,000 places spread over what of the skin parts inside from
                            ///< outside to the mesh, model units
-  double undecided = 0;    ///< share of the area of the skin beside which winding is too near one half to decide
-  Vec3d undecided_at;      ///< a place of it, model units, where there is some
+  double undecided = 0;  ///< area, square model units, of the skin beside which winding is too near one half to decide
+  Vec3d undecided_at;    ///< a place of it, model units, where there is some
 };
 
 /// Returns the surface around what the source winds around more than half (generalised winding number), by dual

@@ -50,12 +50,12 @@ Result<SnapshotPtr> sample_grids(CagePtr mesh, const SampleSource& source, std::
   mesh.reset();
   const SampleMemory memory = memory_for(intervals, !choose, most);
   SampledAlpha sampled = sample_alpha(finest, source, choose, memory, progress);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Conversion);
   hits = sampled.hits;
   intervals = std::move(sampled.intervals);
   RELIEF_TRY(SlabMesh chosen, std::move(finest).with_intervals(intervals));
   mesh = std::make_shared<const SlabMesh>(std::move(chosen));
-  if (!settle_alpha(*mesh, source, sampled.slabs, memory, progress)) return cancelled();
+  if (!settle_alpha(*mesh, source, sampled.slabs, memory, progress)) return cancelled(Work::Conversion);
 
   SnapshotDraft draft(Snapshot::make(mesh, [&](SlabId s) {
     const std::shared_ptr<Tile> tile = std::move(sampled.slabs[s].tile);
@@ -129,7 +129,7 @@ Result<SnapshotPtr> sample_model(std::shared_ptr<const SlabMesh> cage, const Sam
     const MeasuredSurface made(*model, source.lattice, progress);
     const Measured there = made.to(source.surface, MeasuredSurface::Samples::OnIt, progress);
     const Measured back = made.from(surface.points, surface.triangles, progress);
-    if (progress.cancelled()) return cancelled();
+    if (progress.cancelled()) return cancelled(Work::Conversion);
     cage = model->shared_slab_mesh();
     for (SlabId s = 0; s < cage->slab_count(); ++s) intervals[s] = cage->intervals(s);
     if (!refine(*cage, there.slabs, back.slabs, error, intervals)) break;
@@ -138,7 +138,7 @@ Result<SnapshotPtr> sample_model(std::shared_ptr<const SlabMesh> cage, const Sam
                                    hits, progress));
   }
   hits += count_hits(model->slab_mesh(), source, hits.all(), progress);
-  if (progress.cancelled()) return cancelled();
+  if (progress.cancelled()) return cancelled(Work::Conversion);
   return model;
 }
 
@@ -158,7 +158,7 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceRays& surf
     draft.put(Layer::Colour, s, tile);
     tile->rest();
   }
-  if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled();
+  if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled(Work::Conversion);
   return draft.finish();
 }
 

@@ -37,6 +37,12 @@ struct FaceArrangement {
   [[nodiscard]] Vec3d approximate(std::uint32_t v) const noexcept {
     return is_given(v) ? to_double(given[v]) : made[v - given.size()].approximate();
   }
+  /// Returns the area of a piece, square lattice steps.
+  [[nodiscard]] double area(std::uint32_t p) const noexcept {
+    const Face& t = pieces[p].corners;
+    const Vec3d a = approximate(t[0]);
+    return length(cross(approximate(t[1]) - a, approximate(t[2]) - a)) / 2;
+  }
   [[nodiscard]] LatticePoint nearest(std::uint32_t v) const noexcept {
     return is_given(v) ? given[v] : made[v - given.size()].nearest();
   }

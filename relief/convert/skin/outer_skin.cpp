@@ -292,9 +292,11 @@ std::optional<OuterSkin> outer_skin(const ClosedSource& given, const Progress& p
   skin.coincident = arrangement->coincident;
   const auto winding = find_winding(*arrangement, tree, progress);
   if (!winding) return std::nullopt;
-  if (winding->undecided > 0) {
-    skin.undecided = winding->undecided_share;
-    skin.undecided_at = arrangement->nearest(arrangement->pieces[winding->first_undecided].corners[0]);
+  for (const std::uint32_t p : winding->undecided) {
+    const Piece& piece = arrangement->pieces[p];
+    if (given.phantom[piece.from] != 0) continue;
+    if (skin.undecided == 0) skin.undecided_at = arrangement->nearest(piece.corners[0]);
+    skin.undecided += arrangement->area(p);
   }
   const Boundary boundary(*arrangement, *winding);
   count_faces(*arrangement, boundary, given, skin);

@@ -43,7 +43,8 @@ struct OuterSkin {
   std::size_t slivers = 0;     ///< parts of the skin that were left out because they were too thin for that
   double moved_most = 0;       ///< lattice steps, from where the points are without rounding
   std::size_t crossing = 0;    ///< pairs of faces that still cross after that
-  double undecided = 0;        ///< share of the area that counts as inside because winding does not decide about it
+  double undecided = 0;        ///< area, square lattice steps, that counts as inside because winding does not decide
+                               ///< about it; without fill
   LatticePoint undecided_at;   ///< a corner of it, where there is some
 };
 

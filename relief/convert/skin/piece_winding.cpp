@@ -59,11 +59,6 @@ class Winder {
       if (progress.cancelled()) return std::nullopt;
       spread_from(p);
     }
-    if (result_.undecided > 0) {
-      double all = 0;
-      for (std::uint32_t p = 0; p < all_.pieces.size(); ++p) all += area(p);
-      result_.undecided_share = all > 0 ? undecided_area_ / all : 1;
-    }
     return std::move(result_);
   }
 
@@ -156,7 +151,7 @@ class Winder {
     constexpr std::size_t kTries = 8;
     std::vector<std::pair<double, std::uint32_t>> large;
     large.reserve(group.size());
-    for (const std::uint32_t p : group) large.emplace_back(-area(p), p);
+    for (const std::uint32_t p : group) large.emplace_back(-all_.area(p), p);
     const auto tried = large.begin() + static_cast<std::ptrdiff_t>(std::min(kTries, large.size()));
     std::partial_sort(large.begin(), tried, large.end());
     for (auto at = large.begin(); at != tried; ++at)
@@ -166,15 +161,7 @@ class Winder {
         return;
       }
     for (const std::uint32_t p : group) result_.in_front[p] = 1 + std::abs(all_.pieces[p].sheets);
-    result_.undecided += group.size();
-    for (const std::uint32_t p : group) undecided_area_ += area(p);
-    result_.first_undecided = std::min(result_.first_undecided, first);
-  }
-
-  [[nodiscard]] double area(std::uint32_t p) const noexcept {
-    const Face& t = all_.pieces[p].corners;
-    const Vec3d a = all_.approximate(t[0]);
-    return length(cross(all_.approximate(t[1]) - a, all_.approximate(t[2]) - a));
+    result_.undecided.insert(result_.undecided.end(), group.begin(), group.end());
   }
 
   /// Counts the faces that a line along an axis from a place within the piece crosses.
@@ -267,7 +254,6 @@ class Winder {
   const FaceTree& tree_;
   PieceWinding result_;
   std::vector<std::uint8_t> seen_;
-  double undecided_area_ = 0;  // as area()
 };
 
 }  // namespace

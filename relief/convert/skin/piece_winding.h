@@ -18,10 +18,9 @@ struct PieceWinding {
   std::vector<std::int32_t> in_front;  ///< per piece how often the faces wind around what lies in front of it
   /// Per side of a half-edge the side that bounds the same part of space there, kNone where there is none.
   std::vector<std::uint32_t> across;
-  std::size_t open = 0;        ///< half-edges where the faces end
-  std::size_t undecided = 0;   ///< pieces of parts for which no place to count from was found; they count as inside
-  double undecided_share = 0;  ///< of the area of all pieces, in those
-  std::uint32_t first_undecided = kNone;  ///< one of those, where there are some
+  std::size_t open = 0;  ///< half-edges where the faces end
+  /// Pieces of parts for which no place to count from was found; they count as inside.
+  std::vector<std::uint32_t> undecided;
 
   [[nodiscard]] bool is_in_solid(const Piece& piece, std::size_t p, std::size_t side) const noexcept {
     return in_front[p] + (side == 1 ? piece.sheets : 0) > 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/place.h>
 #include <relief/base/vec.h>
 
 #include <array>
@@ -34,14 +35,12 @@ namespace relief::detail {
   return text.data();
 }
 
-/// The same to a thousandth of what it lies in, whose diagonal is `across`: enough to find it by. All in model units.
+/// The same as rounded_place() has it.
 [[nodiscard]] inline std::string place(Vec3d p, double across) {
-  const double step = across / 1000;
-  const int digits = step > 0 && step < 1 ? static_cast<int>(std::ceil(-std::log10(step))) : 0;
-  const double unit = std::pow(10, digits);
-  const auto kept = [unit](double x) { return std::round(x * unit) / unit + 0.0; };  // no -0
+  const Vec3d at = rounded_place(p, across);
   std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(), "(%.12g, %.12g, %.12g)", kept(p.x), kept(p.y), kept(p.z));
+  std::snprintf(text.data(), text.size(), "(%.*g, %.*g, %.*g)", kPlaceDigits, at.x, kPlaceDigits, at.y, kPlaceDigits,
+                at.z);
   return text.data();
 }
 

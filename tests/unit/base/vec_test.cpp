@@ -1,3 +1,4 @@
+#include <relief/base/place.h>
 #include <relief/base/vec.h>
 
 #include <gtest/gtest.h>
@@ -87,6 +88,15 @@ TEST(Box, AnEmptyBoxAddsNothing) {
   box.add(Box3d{});
   EXPECT_EQ(box.low, box.high);
   EXPECT_EQ(box.low, (Vec3d{1, 2, 3}));
+}
+
+TEST(Place, HasTheDigitsThatFindItInWhatItLiesIn) {
+  EXPECT_EQ(rounded_place({123456.789, -0.0004, 5.25}, 200), (Vec3d{123456.8, 0, 5.3}));
+  EXPECT_FALSE(std::signbit(rounded_place({1, -0.0004, 1}, 200).y));
+  EXPECT_EQ(rounded_place({123456.789, 1234.5, 0.4}, 5e5), (Vec3d{123457, 1235, 0}));
+  EXPECT_NEAR(rounded_place({0.0123456, 0, 0}, 0.02).x, 0.01235, 1e-12);
+  EXPECT_NEAR(rounded_place({12.3456, 0.00001, 0}, 0).x, 12.35, 1e-12) << "of the largest coordinate";
+  EXPECT_EQ(rounded_place({}, 0), Vec3d{});
 }
 
 }  // namespace

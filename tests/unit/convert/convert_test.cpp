@@ -112,7 +112,7 @@ TEST(Convert, AnOpenSheetThroughABoxIsClosedOrTold) {
   EXPECT_NEAR(solid->report.undecided.share, 1.6 * 1.6 / (6 + 1.6 * 1.6), 0.06);
   EXPECT_NEAR(solid->report.undecided.near.z, 0.51, 1e-6);
   EXPECT_TRUE(std::ranges::any_of(solid->report.notes, [](const std::string& note) {
-    return note.starts_with("winding does not tell inside from outside for ");
+    return note.starts_with("inside and outside cannot be told apart for ");
   }));
   const auto box = convert(testing::pierced(testing::ball(40), [](Vec3d p) { return p.z > 0.97; }), settings);
   ASSERT_TRUE(box) << box.error().message;

@@ -34,6 +34,21 @@ bool is_on(const Lattice& lattice, Vec3d p) {
   return at.x == std::round(at.x) && at.y == std::round(at.y) && at.z == std::round(at.z);
 }
 
+TEST(Modes, LittleThatWindingLeavesOpenIsNotTold) {
+  constexpr double kTold = ConvertReport::Undecided::kTold;
+  ConvertReport report;
+  add_undecided(report, 0.999 * kTold * 7, {1, 2, 3}, 7);
+  EXPECT_EQ(report.undecided.share, 0);
+  add_undecided(report, 1.001 * kTold * 7, {1, 2, 3}, 7);
+  EXPECT_NEAR(report.undecided.share, 1.001 * kTold, 1e-12);
+  EXPECT_EQ(report.undecided.near, (Vec3d{1, 2, 3}));
+  add_undecided(report, 1.0005 * kTold * 7, {4, 5, 6}, 7);
+  EXPECT_EQ(report.undecided.near, (Vec3d{1, 2, 3})) << "there is more already";
+  add_undecided(report, 8, {4, 5, 6}, 7);
+  EXPECT_EQ(report.undecided.share, 1);
+  EXPECT_EQ(report.undecided.near, (Vec3d{4, 5, 6}));
+}
+
 TEST(Modes, CertifyPutsTheMendedSourceInThePlaceOfTheRepairedOne) {
   // A ball without its ends: two openings.
   const TriangleMesh open = testing::pierced(testing::ball(24), [](Vec3d p) { return std::abs(p.z) > 0.8; });

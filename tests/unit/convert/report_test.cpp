@@ -222,34 +222,38 @@ TEST(Notes, AreThoseOfTheFileThatIsTranslated) {
 TEST(Failures, SayWhatAndWhy) {
   using namespace detail;
   const auto said = [](const std::unexpected<Error>& error) { return error.error().message; };
-  EXPECT_EQ(said(outside_range(Setting::Slabs, 2000001)), "the number of slabs is 2000001; it must be 4 to 1000000.");
-  EXPECT_EQ(said(outside_range(Setting::Intervals, 129)),
-            "the number of intervals per edge is 129; it must be 1 to 128.");
-  EXPECT_EQ(said(outside_range(Setting::Error, 1e-8)),
-            "the error is 1e-08; it must be 1e-7 to 1, a share of the diagonal.");
-  EXPECT_EQ(said(outside_range(Setting::ColourIntervals, -1)),
-            "the number of colour intervals per edge is -1; it must be 0 to 128.");
-  EXPECT_EQ(said(outside_range(Setting::Voxel, 0.2)),
-            "the voxel to remesh with is 0.2; it must be 0.00001 to 0.1, a share of the diagonal.");
-  EXPECT_EQ(said(outside_range(Setting::Thickness, 2)),
+  EXPECT_EQ(said(outside_range(Setting::Slabs, 2000001, {4, 1000000})),
+            "the number of slabs is 2000001; it must be 4 to 1000000.");
+  EXPECT_EQ(said(outside_range(Setting::Intervals, 129, {1, 128})),
+            "the number of intervals per edge is 129; it must be 0 (chosen per slab) or 1 to 128.");
+  EXPECT_EQ(said(outside_range(Setting::Error, 1e-8, {1e-7, 1})),
+            "the error is 1e-08; it must be 1e-07 to 1, a share of the diagonal.");
+  EXPECT_EQ(said(outside_range(Setting::ColourIntervals, -1, {1, 128})),
+            "the number of colour intervals per edge is -1; it must be 0 (chosen for the colours) or 1 to 128.");
+  EXPECT_EQ(said(outside_range(Setting::Voxel, 0.2, {1e-5, 0.1})),
+            "the voxel to remesh with is 0.2; it must be 0 (chosen from the source) or 1e-05 to 0.1, a share of the "
+            "diagonal.");
+  EXPECT_EQ(said(outside_range(Setting::Thickness, 2, {1e-4, 1})),
             "the thickness is 2; it must be 0.0001 to 1, a share of the diagonal.");
-  EXPECT_EQ(said(cancelled()), "conversion was cancelled.");
+  EXPECT_EQ(said(cancelled(Work::Conversion)), "conversion was cancelled.");
   EXPECT_EQ(said(cancelled(Work::Remesh)), "remeshing was cancelled.");
+  EXPECT_EQ(said(cancelled(Work::Room)), "making room was cancelled.");
   EXPECT_EQ(said(cancelled(Work::Other)), "cancelled");
-  EXPECT_EQ(said(not_enough_memory(7, 200)), "there is not enough memory for 7 triangles and 200 slabs.");
+  EXPECT_EQ(said(not_enough_memory(7, 200)),
+            "there is not enough memory for 7 triangles and 200 slabs; use fewer --slabs.");
   EXPECT_EQ(said(too_far_from_the_origin(1e14, 0.09)),
             "the source lies 1e+14 from the origin, and its triangles, 0.09 across, are too small for that; move it "
             "nearer to the origin.");
-  EXPECT_EQ(said(size_out_of_bounds(1e40)),
+  EXPECT_EQ(said(size_out_of_bounds(1e40, {1e-36, 1e36})),
             "the source is 1e+40 across; coordinates of this size cannot be computed with; scale it to between 1e-36 "
-            "and 1e36.");
+            "and 1e+36.");
   EXPECT_EQ(said(voxels_too_small(0.0002441)),
             "the voxels to remesh with are too small; this source can take 0.000245 of its diagonal or more.");
   EXPECT_EQ(said(no_room(NoRoom::OtherCage)), "the room was made for another cage.");
   EXPECT_EQ(said(no_room(NoRoom::OtherModel)), "the room was made for another model.");
   EXPECT_EQ(said(slabs_refused("why", Mode::Certified, false)),
             "the verifier refused the slabs: why; use --remesh or --mode tolerant.");
-  EXPECT_EQ(said(not_written("out\n.ply")), "out\\x0a.ply: is not written: cancelled");
+  EXPECT_EQ(said(not_written("out\n.ply")), "out\\x0a.ply: not written, as the export was cancelled");
   EXPECT_EQ(fault_of_tiles(Layer::Colour, "why"), "the tiles of colour: why");
   EXPECT_EQ(voxels_too_small(1).error().code, Errc::InvalidArgument);
   EXPECT_EQ(no_room(NoRoom::NoNumbers).error().code, Errc::InvalidArgument);
