@@ -4,8 +4,8 @@
 #include "support/shells.h"
 
 #include <relief/base/triangle.h>
-#include <relief/core/tessellate.h>
 #include <relief/core/query.h>
+#include <relief/core/tessellate.h>
 #include <relief/haptics/contact/walk.h>
 
 #include <gtest/gtest.h>
