@@ -206,6 +206,7 @@ void Sweep::put_root_part(std::uint32_t number) noexcept {
 void Sweep::search(Ahead part) noexcept {
   surface_.enter(part.number);
   slab_ = part.number;
+  heights_ = surface_.model().tile(Layer::Displacement, slab_).bounds().range();
   if (part.what == Ahead::Slab) {
     part.what = Ahead::Part;
     if (!clip_to_sides(part.enter, part.leave) || part.enter > best_) return;
@@ -252,14 +253,13 @@ std::optional<Sweep::Bends> Sweep::bends(const LinearForm& form, const End& a, c
   const Miss e = miss(form.e), f = miss(form.f), most = {std::max(e.aside, f.aside), std::max(e.up, f.up)};
   const double du = b.at.u - a.at.u, dv = b.at.v - a.at.v, rise = b.at.alpha - a.at.alpha;
   const double aside = std::abs(du) + std::abs(dv), up = std::abs(rise);
-  const auto [low, high] = surface_.model().tile(Layer::Displacement, slab_).bounds().range();
   const double n = surface_.intervals();
   // A stitched triangle is as long as the edge's intervals are apart.
   const double longest = (1 + 2 * surface_.stretch()) / n;
   // What is missed at most, in units of `most`: by the way, and in a cell from alpha 0 to 1.
   const double of_way = aside * up / 4, of_cell = longest / 2;
   // From the middle to half the way, and to all that lies beside it.
-  const double beside = (of_way + of_cell * (high - low)) / (1 - kChange);
+  const double beside = (of_way + of_cell * (heights_[1] - heights_[0])) / (1 - kChange);
   const double change = most.aside * (up / 2 + most.up * beside) + most.up * (aside / 2 + most.aside * beside);
   if (!(change <= kChange)) return std::nullopt;
   const double more = change / (1 - change);
@@ -301,7 +301,7 @@ void Sweep::piece(const LinearForm& form, const End& a, const End& b, int depth)
 
 bool Sweep::clip_to_sides(double& enter, double& leave) const noexcept {
   const SlabCorners& c = surface_.corners();
-  const auto [low, high] = surface_.model().tile(Layer::Displacement, slab_).bounds().range();
+  const auto [low, high] = heights_;
   std::array<Vec3d, 6> corners;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3d inner = c.inner[k] - from_, along = c.outer[k] - c.inner[k];

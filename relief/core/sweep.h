@@ -108,9 +108,10 @@ class Sweep {
   std::array<Ahead, 96> ahead_;
   std::size_t ahead_count_ = 0;
   SlabId slab_ = kNoSlab, searched_ = kNoSlab;
-  SlabId done_ = kNoSlab;  ///< was searched first
-  bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
-  Bends bend_ = {};        ///< of the part of the way in hand
+  SlabId done_ = kNoSlab;                   ///< was searched first
+  bool whole_ = false;                      ///< the coordinates on the way are not known everywhere in the slab in hand
+  std::array<double, 2> heights_ = {0, 1};  ///< least and greatest alpha of the slab in hand
+  Bends bend_ = {};                         ///< of the part of the way in hand
   SlabCoord middle_ = {kNoSlab, 1.0 / 3, 1.0 / 3, 0.5};
   double best_ = 0;
   SurfacePlace found_;
