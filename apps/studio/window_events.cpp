@@ -29,6 +29,11 @@ namespace {
 
 const QString kUnsaved = QStringLiteral("unsaved");  // a subject of the banner
 
+/// Returns that a stroke can go no further at a place.
+QString end_text(Vec3d at, double across, Unit unit) {
+  return MainWindow::tr("The clay ends at %1: no further in this direction.").arg(place_text(at, across, unit));
+}
+
 /// Returns what of the form keeps a stroke from going on, where that is known.
 QString bar_text(const RoomEnded& room, double across, Unit unit) {
   switch (room.bar) {
@@ -84,8 +89,7 @@ void MainWindow::connect_document() {
     refresh();
   });
   connect(&bridge_, &DocumentBridge::limitReached, this, [this](const StrokeResult& so_far) {
-    if (!bar_told_)
-      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(so_far.limited_at, across_, unit_)));
+    if (!bar_told_) say(end_text(so_far.limited_at, across_, unit_));
   });
   connect(&bridge_, &DocumentBridge::pointMissed, this,
           [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
@@ -116,7 +120,7 @@ void MainWindow::connect_document() {
     else if (!room_told_)
       return;  // nothing ran out; what is still taken from beside the tool, takenBeside tells
     else if (room.fibres == 0 && room.bar != RoomBar::None)
-      say(tr("The clay ends at %1: no further in this direction.").arg(place_text(room.bar_at, across_, unit_)));
+      say(end_text(room.bar_at, across_, unit_));
     else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)

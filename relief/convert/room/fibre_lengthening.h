@@ -4,6 +4,7 @@
 #include <relief/base/progress.h>
 #include <relief/convert/geometry/lattice.h>
 #include <relief/convert/room.h>
+#include <relief/convert/sample/sampled_model.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,7 @@ namespace relief::detail {
 
 /// Share of the diagonal: the place of the surface is known only so well (the usual error), and a tool that keeps so
 /// far away misses nothing.
-inline constexpr double kNegligible = 1e-4;
+inline constexpr double kNegligible = kUsualError;
 
 /// Holds what was made of the fibres, and the lattice on which it was tested.
 struct Lengthened {
