@@ -39,9 +39,9 @@ def closed_dialog(case, s, file):
     """The dialog that names the file goes by Escape; there is no other."""
     shown = lambda: [o.name + o.description for o in s.all(lambda o: o.getRoleName() in ("dialog", "alert") and studio.shows(o))]
     words = wait("the dialog", shown)
-    case.assertEqual(len(words), 1)
+    wait("the dialog to close", lambda: s.dismissed() and not shown(), rest=0.2)  # first, so that one failure is not many
+    case.assertEqual(len(words), 1, words)
     case.assertIn(file.name, words[0])
-    wait("the dialog to close", lambda: s.dismissed() and not shown(), rest=0.2)
     wait("the model that was open before", lambda: not s.showing("Convert progress"))
 
 

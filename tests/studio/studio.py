@@ -322,7 +322,7 @@ class Studio:
                     continue
                 if ok(o):
                     yield o
-                stack += [o.getChildAtIndex(i) for i in reversed(range(o.childCount))]
+                stack += reversed(children(o))
             except Exception:
                 pass
 
@@ -543,6 +543,16 @@ def hand():
     if _hand is None:
         _hand = Hand()
     return _hand
+
+
+def children(o):
+    """The children of an object. Each is asked for by itself, and the windows of an application have another order as soon as
+    a widget is made: then one comes twice and another not at all, and they are asked for again."""
+    for _ in range(20):
+        found = [o.getChildAtIndex(i) for i in range(o.childCount)]
+        if len(set(found)) == len(found):
+            break
+    return list(dict.fromkeys(found))
 
 
 def shows(o):
