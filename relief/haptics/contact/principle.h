@@ -17,12 +17,9 @@ constexpr double kRelax = 0.02;  // or this share of the depth: under a cursor a
 // cursor lies in the body where what is held is the nearest place. With less, round parts roll over; with 3, a tool
 // that circles in a rod sticks.
 constexpr double kMiddle = 2;
-// Past the middle, in lengths of the hand's own way. How far it may go to a minimum in a tick: that of a ball of radius
-// R goes R / (R - depth) times as far as the hand, so it follows down to two thirds of R. And how far it goes along
-// with the hand, or to a minimum that lies so far off there: once, and once more to make up for what is owed.
-constexpr double kToMinimum = 3, kAlong = 2;
-// Depths of way within which a minimum is near by, as on a dome or in a bowl that is thinner than the tool is deep.
-constexpr double kNear = 0.5;
+// Past the middle, in lengths of the hand's own way: how far it may go to a minimum in a tick. That of a ball of radius
+// R goes R / (R - depth) times as far as the hand, so it follows down to two thirds of R.
+constexpr double kToMinimum = 3;
 
 [[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 
@@ -30,6 +27,9 @@ constexpr double kNear = 0.5;
 [[nodiscard]] inline double budget(double travel, double depth) noexcept {
   return std::max(kFollow * travel, kRelax * depth);
 }
+/// Returns whether a minimum is near by, after such a way along the surface: as on a dome or in a bowl that is thinner
+/// than the tool is deep. One that is twice as far off lies on the other side of a finger (Finger in middle_test).
+[[nodiscard]] inline bool is_near_by(double way, double depth) noexcept { return way <= depth; }
 /// Returns the part of a move that is perpendicular to a way.
 [[nodiscard]] inline Vec3d square_to(Vec3d way, Vec3d move) noexcept {
   const double way2 = dot(way, way);

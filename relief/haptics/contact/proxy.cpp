@@ -202,8 +202,8 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
   const double way = length(own), depth = length(out);
   if (!(way > 0)) return;
   const bool near =
-      descent.ended && descent.way <= detail::kNear * depth && !detail::leads_into_air(surface, descent.rest, cursor);
-  if (near || length(descent.rest.position - place_.position - own) <= detail::kAlong * way) {
+      descent.ended && detail::is_near_by(descent.way, depth) && !detail::leads_into_air(surface, descent.rest, cursor);
+  if (near || length(descent.rest.position - place_.position - own) <= way) {
     detail::follow(surface, place_, descent, cursor, detail::kToMinimum * way);
     ledger_.settle();
     return;
@@ -213,7 +213,7 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
   const Vec3d goal = place_.position + past + ledger_.owed();
   SurfacePlace next = place_;
   int tries = detail::kTries;
-  if (past != Vec3d{}) detail::walk(surface, next, goal, detail::kAlong * length(past), tries);
+  if (past != Vec3d{}) detail::walk(surface, next, goal, length(past), tries);
   if (ledger_.allows(place_.position, next.position, cursor - move * 0.5)) place_ = next;
   ledger_.owe(goal - place_.position, up, depth);
 }

@@ -258,7 +258,7 @@ TEST(SphericalShell, APointBelowItKeepsUpWithASlideHoweverDeep) {
 }
 
 /// The nearest place goes five times as fast as the hand there, and the point at most three times. While it is behind
-/// by less than half the depth it is still led there, by whatever sideways way the hand makes.
+/// by less than the depth it is still led there, by whatever sideways way the hand makes.
 TEST(SphericalShell, APointThatLagsCatchesUpWhileTheHandStirs) {
   const SnapshotPtr model = spherical_shell(0.02);
   Led led{*model};
