@@ -17,9 +17,10 @@ constexpr double kRelax = 0.02;  // or this share of the depth: under a cursor a
 // cursor lies in the body where what is held is the nearest place. With less, round parts roll over; with 3, a tool
 // that circles in a rod sticks.
 constexpr double kMiddle = 2;
-// Past the middle, in lengths of the hand's own way: how far it may go to a minimum in a tick. That of a ball of radius
-// R goes R / (R - depth) times as far as the hand, so it follows down to two thirds of R.
-constexpr double kToMinimum = 3;
+// Past the middle it goes so many lengths of the hand's own way in a tick. The minimum in a ball of radius R goes
+// R / (R - depth) times as far as the hand, so it follows down to two thirds of R. With 1, what is owed is not made up
+// for: presses through a scan slip (HoldOnScans).
+constexpr double kAside = 3;
 
 [[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 
