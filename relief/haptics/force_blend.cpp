@@ -7,8 +7,9 @@
 namespace relief {
 namespace {
 
+// The first and last: ComesToTheLawWithFifteenMilliseconds.
 constexpr double kTime = 15e-3;   // s: over within 50 ms; a change of 0.5 N begins with 0.03 N per tick
-constexpr double kMost = 0.045;   // N per tick: below what a finger notices, 0.05
+constexpr double kMost = 0.045;   // N per tick: below what is noticed, 0.05 (ChangesByLessThanAFingerNotices)
 constexpr double kUnfelt = 1e-3;  // N: a fiftieth of what a finger notices; then it is over
 
 }  // namespace

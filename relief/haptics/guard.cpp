@@ -9,15 +9,19 @@ namespace {
 
 constexpr double kHair = 1 - 1e-12;  // keeps rounded forces below their limit
 constexpr double kTick = 1e-3;       // s
+// The next four: DampsByItsLeakInTwentyMicrojoules.
 constexpr double kLeak = 2e-5;       // J lately that call for all the damping there is: 0.04 N over half a millimetre
 constexpr double kSmallLeak = 1e-7;  // J that call for none: 0.01 N over 10 micrometres
 constexpr double kDamping = 5;       // N*s/m; more only kicks, through the lag of the velocity
 constexpr double kLately = 0.5;      // s: some periods of a hand's tremor, 8 to 12 Hz
-constexpr double kNoticed = 0.01;    // of the greatest force: damping that is reported; hands feel differences of 7 %
-// s: of the first contact after a start, when nobody knows yet what the hand is in.
-constexpr double kFirstContact = 20e-3;
-constexpr double kFirstShare = 0.5;  // of the greatest force, in the first contact after a start
-constexpr int kHalvings = 12;        // of the share of the last force that may stay: to 1/4,096 of it, 3 mN of 12 N
+// Of the greatest force: damping that is reported; hands feel differences of 7 % (DampingIsToldWhereItIsFelt).
+constexpr double kNoticed = 0.01;
+// s, and of the greatest force: the first contact after a start, when nobody knows yet what the hand is in
+// (TheFirstContactIsGentle).
+constexpr double kFirstContact = 20e-3, kFirstShare = 0.5;
+// Of the share of the last force that may stay: to 1/4,096 of it, 3 mN of 12 N
+// (WhereTheSurfaceTurnsAsMuchStaysAsDoesNotPullIn).
+constexpr int kHalvings = 12;
 
 }  // namespace
 

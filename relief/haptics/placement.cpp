@@ -6,7 +6,8 @@
 namespace relief {
 namespace {
 
-// s, in which the clutch takes hold of the damping, or lets it go: five ticks are no step, and nobody waits for them.
+// s, in which the clutch takes hold of the damping, or lets it go: five ticks are no step, and nobody waits for them
+// (TakesHoldOfTheDampingInFiveMilliseconds).
 constexpr double kLoosen = 5e-3;
 
 }  // namespace

@@ -8,24 +8,32 @@
 namespace relief {
 namespace {
 
-constexpr double kReach = 10;  // m from the device's origin; no device's arm is longer
+// Bounds (OfPlaceAndTime).
+constexpr double kReach = 10;        // m from the device's origin; no device's arm is longer
+constexpr double kFarModel = 1e100;  // model units; squares of it are still finite
+constexpr double kFarTime = 1e12;    // s; beyond it a millisecond is lost in the rounding
 // Radii of the stated workspace. That is where forces are good; arms reach two to three times as far, and simulated
-// hands and our own recordings stay within 2.8 (the falcon-like one, with the smallest radius).
+// hands and our own recordings stay within 2.8 (FurtherThanFourRadiiIsASafeState).
 constexpr double kReachOfRadius = 4;
-constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
-constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
-constexpr double kJitter = 2e-3 + 1e-9;  // s, by which a device's clock may run back and still tell nothing new
+// s, by which a device's clock may run back and still tell nothing new (LongerStepsBackAndBadPositionsAreFaults).
+constexpr double kJitter = 2e-3 + 1e-9;
 constexpr double kMaxSpeed = ForceGuard::kFastest;
-constexpr double kFrozenSpeed = 0.05;     // m/s: a hand goes a millimetre in that time, many steps of any encoder
-constexpr double kFrozenTime = 20e-3;     // s
-constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
-constexpr double kVelocityFilter = 3e-3;  // s, time constant: a step of 0.1 mm in one tick is no 0.1 m/s
-constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
-constexpr double kSlowStep = 2e-4;  // s, by which one late tick may move the estimate: five of them make a millisecond
-constexpr double kRare = 1e-3;      // share of ticks that may be later than it: the estimate is the 99.9 % quantile
-constexpr double kSoften = 5e-3;  // of the device's stiffness, per tick: it takes 0.2 s for all of it, which is no step
-constexpr double kStill = 2;      // s without a step of the encoders; hands tremble by more
-constexpr double kTurned = 0.1;   // rad of the pen in that time, which no wrist does without moving the arm
+// m/s and s: a hand goes a millimetre in that time, many steps of any encoder (OfAVelocityThatGoesNowhere).
+constexpr double kFrozenSpeed = 0.05, kFrozenTime = 20e-3;
+constexpr double kSensorStep = 1e-4;  // m, what an encoder may jump by in no time at all (OfSpeed)
+// s, time constant: a step of 0.1 mm in one tick is no 0.1 m/s (FollowsWithThreeMilliseconds).
+constexpr double kVelocityFilter = 3e-3;
+// The next two: LateTicksLowerTheStiffnessThatIsAllowed.
+constexpr double kInTime = 1.25e-3;  // s; a device's max_stiffness is good for ticks that come no later
+constexpr double kSlowStep = 2e-4;   // s, by which one late tick may move the estimate: five make a millisecond
+// Share of ticks that may be later: the estimate is the 99.9 % quantile (OneLateTickInAThousandIsNone).
+constexpr double kRare = 1e-3;
+// Of the device's stiffness, per tick: it takes 0.2 s for all of it, which is no step
+// (TheStiffnessThatIsGoodForItMovesByHalfAPercentPerTick).
+constexpr double kSoften = 5e-3;
+// The next two: APositionThatStandsStillWhileThePenTurns.
+constexpr double kStill = 2;              // s without a step of the encoders; hands tremble by more
+constexpr double kTurned = 0.1;           // rad of the pen in that time, which no wrist does without moving the arm
 constexpr std::uint32_t kButtons = 0xff;  // of the word of buttons; above it stands a number
 
 bool denormal(Vec3d v) noexcept {

@@ -9,10 +9,13 @@
 namespace relief {
 namespace {
 
-constexpr double kRoughest = 4;  // greatest coefficient of friction: the cone then opens to 76 degrees
-// m in a tick: more than a tool carves. What rises so far has come to lie around the hand.
+// Greatest coefficient of friction: the cone then opens to 76 degrees (BreakAwayAndSlidingHaveTheirOwnCoefficients).
+constexpr double kRoughest = 4;
+// m in a tick: more than a tool carves. What rises so far has come to lie around the hand
+// (ARiseOfMoreThanThreeMillimetresIsASafeStateAndNoForce).
 constexpr double kSurfaceJump = 3e-3;
-constexpr double kUnfelt = 1e-4;  // N; less is none, also of texture from top to bottom
+// N; less is none, also of texture from top to bottom (WhatGoesByTooFastAndIsLowerThanATenthOfAMillinewtonIsLeft).
+constexpr double kUnfelt = 1e-4;
 
 /// v, shortened to length `limit` where it is longer.
 Vec3d shortened(Vec3d v, double limit) noexcept {

@@ -5,9 +5,12 @@
 namespace relief {
 
 namespace {
+// The next two: TheAccountHoldsATenthOfAMillimetreTimesTheForceOrThreeTenthsOfANewton.
 constexpr double kSlack = 1e-4;  // m: times the force, what may be given ahead of what comes back
 constexpr double kLight = 0.3;   // N: a force below it is taken for this one, as light touches would have no slack
-constexpr double kFree = 3e-4;   // of force times way: what may be given for good, less than any device's friction
+// Of force times way: what may be given for good, less than any device's friction
+// (NormalsThatAlwaysLeanForwardsAreLedBack).
+constexpr double kFree = 3e-4;
 }  // namespace
 
 Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, Vec3d move, double turn) noexcept {

@@ -7,13 +7,20 @@
 namespace relief {
 
 namespace {
-constexpr double kFelt = 0.9, kFaded = 1;  // turns per tick up to which all is felt, and from which nothing is
-constexpr double kCount = 1.0 / 32;        // share of the last tick in the mean of turns: faded after 120 ms (S11)
-constexpr double kTrend = 8;     // ticks over which the means of slopes and normals go: four waves of two ticks
-constexpr double kClear = 0.5;   // of the root mean square that a slope must be off the mean to be on a side
-constexpr int kMostPieces = 32;  // of one tick's way, which bounds its cost: 16 cells
-constexpr int kMostTurns = 2;    // that count in one tick: one wave, which is too fine by half already
-constexpr double kWave = 0.25;   // share of the last turn in the mean of their heights: over two waves
+// Turns per tick up to which all is felt, and from which nothing is (ItEndsAsSoonAsAfterAnyFasterHand).
+constexpr double kFelt = 0.9, kFaded = 1;
+// Share of the last tick in the mean of turns: faded after 120 ms (S11, NothingIsTakenOffWhatCanBeFelt).
+constexpr double kCount = 1.0 / 32;
+// Ticks over which the means of slopes and normals go: four waves of two ticks (WhatItRanOverLatelyIsThatOfEightTicks).
+constexpr double kTrend = 8;
+// Of the root mean square that a slope must be off the mean to be on a side (NothingIsTakenOffWhatCanBeFelt).
+constexpr double kClear = 0.5;
+// Of one tick's way, which bounds its cost: 16 cells (OfATicksWayItLooksAtThirtyTwoPieces).
+constexpr int kMostPieces = 32;
+// That count in one tick: one wave, which is too fine by half already (ATickInThreeThatRunsOverManyWavesIsNotMost).
+constexpr int kMostTurns = 2;
+// Share of the last turn in the mean of their heights: over two waves.
+constexpr double kWave = 0.25;
 
 // Of the way: so near to its start the tool touched in the last tick, if it touches with what it touched with then.
 // Else it has changed over to another of its points, or to another crest. Any share tells the two apart.

@@ -41,7 +41,8 @@ class TextureFade {
   /// Returns how far the tool is held above the straight line through the heights of the last ticks.
   [[nodiscard]] double above_line() const noexcept;
 
-  static constexpr std::size_t kTicks = 20;  ///< of the line: ten of the longest waves that fade
+  /// Of the line: ten of the longest waves that fade (ItsLineGoesThroughTheLastTwentyTicks).
+  static constexpr std::size_t kTicks = 20;
   /// Places of one root, u and v being those there: so cuts make no difference.
   struct InRoot {
     std::uint64_t roots = 0;  ///< their number

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -139,6 +140,28 @@ TEST(TextureFade, WhatItRanOverLatelyIsThatOfEightTicks) {
 
 /// Every other sample is higher, and the tip leaps from the middle of a cell to that of another, where the waves are
 /// as high as their mean. Between them it looks twice in a cell, and at 32 places at most.
+/// Behind a fold in the ground the line through the last 20 ticks is off by 1.1 slopes and ticks' ways after 15 of
+/// them, and right again after 20.
+TEST(TextureFade, ItsLineGoesThroughTheLastTwentyTicks) {
+  constexpr double kFold = 4e-3, kStep = kPitch / 1.4;
+  const SnapshotPtr model = testing::displaced(
+      testing::plane_shell(8, 64), [](Vec3d p) { return 0.5 + (wave(p.x) + kFold * std::abs(p.x - 0.5)) / 0.2; });
+  double before = 0, off = 0, passed = 0, behind = 0;
+  int near = 0;
+  run(*model, kStep, [&](int tick, const TextureFade::Fade& fade, double x) {
+    const bool was_left = std::exchange(before, x) < 0.5;
+    if (was_left != (x < 0.5)) passed = tick;
+    if (tick < 200) return;
+    ASSERT_GT(fade.share, 0.5) << tick;
+    const double since = tick - passed, error = (fade.above.y - wave(x)) / kHeight;
+    if (since == 14 || since == 15) off += error, ++near;
+    if (since >= 20 && since <= 24) behind = std::max(behind, std::abs(error));
+  });
+  EXPECT_GT(near, 10);
+  EXPECT_GT(std::abs(off / near), 0.3);
+  EXPECT_LT(behind, 0.25);
+}
+
 TEST(TextureFade, OfATicksWayItLooksAtThirtyTwoPieces) {
   constexpr int kCells = 128;
   const SnapshotPtr model = testing::displaced(testing::plane_shell(1, kCells), [](Vec3d p) {
