@@ -3,6 +3,7 @@
 #include "certificate.h"
 #include "claims.h"
 #include "face.h"
+#include "held_back.h"
 #include "report.h"
 
 #include <relief/base/cpu_time.h>
@@ -356,7 +357,7 @@ class Demo {
     RELIEF_CHECK(drawn);
     RELIEF_CHECK(stopped);
     RELIEF_CHECK(saved);
-    measure_forces();
+    measure_forces(*head);
     const SessionStats& stats = report_.stats = session.stats();
     facts_.tick_p99 = 1e-3 * static_cast<double>(stats.servo.compute.quantile(0.99));
     facts_.ticks = stats.servo.ticks;
@@ -382,15 +383,10 @@ class Demo {
     return count;
   }
 
-  /// The greatest force, and how long it stayed at the device's limit.
-  void measure_forces() {
-    double clamped_since = 0;
-    bool clamped = false;
-    for (const ServoSample& s : report_.trace) {
-      report_.force_max = std::max(report_.force_max, length(s.force));
-      if (!std::exchange(clamped, (s.flags & bit(ServoFault::ForceClamped)) != 0)) clamped_since = s.t;
-      if (clamped) report_.stuck_for = std::max(report_.stuck_for, s.t - clamped_since);
-    }
+  /// The greatest force, and how long contact held the hand back.
+  void measure_forces(const Snapshot& before) {
+    for (const ServoSample& s : report_.trace) report_.force_max = std::max(report_.force_max, length(s.force));
+    report_.stuck_for = longest_held_back(report_.trace, before, *made_);
   }
 
   void undo_and_redo(Document& document, std::uint64_t untouched) {

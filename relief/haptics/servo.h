@@ -24,7 +24,7 @@ namespace relief {
 
 /// The version of the force law and of what judges its readings: one more with each change after which the same
 /// readings give other forces. Recordings say under which they were made; those that do not, under 1.
-inline constexpr int kContactLaw = 14;
+inline constexpr int kContactLaw = 15;
 
 /// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {

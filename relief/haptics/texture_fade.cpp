@@ -19,7 +19,7 @@ constexpr double kClear = 0.5;
 constexpr int kMostPieces = 32;
 // That count in one tick: one wave, which is too fine by half already (ATickInThreeThatRunsOverManyWavesIsNotMost).
 constexpr int kMostTurns = 2;
-// Share of the last turn in the mean of their heights: over two waves.
+// Share of the last turn in the mean of their heights: over two waves (WhatIsTakenOffGrowsByAQuarterPerTurn).
 constexpr double kWave = 0.25;
 
 // Of the way: so near to its start the tool touched in the last tick, if it touches with what it touched with then.

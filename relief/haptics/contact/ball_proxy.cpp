@@ -189,9 +189,8 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
   // To a minimum that is farther away the ball would run round the part: it stays over the hand.
   ball.put_back_to_start();
   const Vec3d beside = centre_ + past + detail::square_to(up, ledger_.owed());
-  const double far = length(past);
-  static_cast<void>(
-      ball.advance(beside - up * far, detail::kAside * far, Mover::Until::Reach, false, kSearches / 2, work, work));
+  static_cast<void>(ball.advance(beside - up * length(past), detail::kAside * way, Mover::Until::Reach, false,
+                                 kSearches / 2, work, work));
   if (!ledger_.allows(centre_, ball.centre(), last_ - move * 0.5)) ball.put_back_to_start();
   ledger_.owe(beside - ball.centre(), up, depth);
 }

@@ -213,7 +213,7 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
   const Vec3d goal = place_.position + past + ledger_.owed();
   SurfacePlace next = place_;
   int tries = detail::kTries;
-  if (past != Vec3d{}) detail::walk(surface, next, goal, detail::kAside * length(past), tries);
+  if (past != Vec3d{}) detail::walk(surface, next, goal, detail::kAside * way, tries);
   if (ledger_.allows(place_.position, next.position, cursor - move * 0.5)) place_ = next;
   ledger_.owe(goal - place_.position, up, depth);
 }

@@ -167,6 +167,7 @@ struct Pressed {
   long ticks = 0;
   long lost = 0, wrong = 0;  ///< without contact; with a force that is not outwards
   long flips = 0;            ///< from one tick to the next the force turns round
+  double step = 0;           ///< N, at most, from one tick to the next while it touches
   [[nodiscard]] double share() const { return double(lost + wrong) / double(ticks); }
 };
 
@@ -190,6 +191,7 @@ void press(const Snapshot& model, const SurfacePoint& p, bool exact, const Stray
                          other * (aside * std::cos(5 * t + 2 * straying.phase));
     const ServoSample felt = servo.step(model, {.t = t, .position = space.to_device(cursor), .velocity = {}});
     done.flips += length(felt.force) > 0.2 && length(last) > 0.2 && dot(felt.force, last) < 0 ? 1 : 0;
+    if (k >= 150 && felt.contact) done.step = std::max(done.step, length(felt.force - last));
     last = felt.force;
     if (k < 150) continue;
     ++done.ticks;
@@ -284,8 +286,9 @@ TEST_P(HoldOnScans, PushesOutwardsWhereverAGodObjectDoesNotRollOff) {
     }
     std::printf(
         "%s, places %u: a god-object rolls off in %d of %d presses; in the others %ld of %ld ticks without a "
-        "force outwards, %ld with exact normals\n",
-        GetParam(), seed, rolling, kPresses, done.lost + done.wrong, done.ticks, done_exact.lost + done_exact.wrong);
+        "force outwards, %ld with exact normals; the force changes by at most %.3f N in a tick, %.3f N\n",
+        GetParam(), seed, rolling, kPresses, done.lost + done.wrong, done.ticks, done_exact.lost + done_exact.wrong,
+        done.step, done_exact.step);
     EXPECT_EQ(done.lost + done.wrong, 0);
     EXPECT_EQ(done_exact.lost + done_exact.wrong, 0);
     EXPECT_EQ(rolled.flips, 0) << "what rolls off goes round step by step";
