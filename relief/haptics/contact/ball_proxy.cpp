@@ -177,8 +177,8 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
   }
   if (!(way > 0)) return;
   const Vec3d up = -normalized(barrier->nearest), past = detail::past(up, move);
-  const Mover::Way ahead =
-      ball.advance(last_, detail::kAside * way, Mover::Until::Rest, false, kSearches / 2, limits.half(), limits.half());
+  const Mover::Way ahead = ball.advance(last_, detail::kToMinimum * way, Mover::Until::Rest, false, kSearches / 2,
+                                        limits.half(), limits.half());
   const Vec3d rest = ball.centre();
   const bool near = ahead.settled && detail::is_near_by(ahead.slid, depth) && rest != last_;
   if (near || length(rest - centre_ - own) <= way) {
@@ -189,8 +189,9 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
   // To a minimum that is farther away the ball would run round the part: it stays over the hand.
   ball.put_back_to_start();
   const Vec3d beside = centre_ + past + detail::square_to(up, ledger_.owed());
-  static_cast<void>(ball.advance(beside - up * length(past), detail::kAside * way, Mover::Until::Reach, false,
-                                 kSearches / 2, work, work));
+  const double far = length(past);
+  static_cast<void>(
+      ball.advance(beside - up * far, detail::kAlong * far, Mover::Until::Reach, false, kSearches / 2, work, work));
   if (!ledger_.allows(centre_, ball.centre(), last_ - move * 0.5)) ball.put_back_to_start();
   ledger_.owe(beside - ball.centre(), up, depth);
 }

@@ -17,10 +17,13 @@ constexpr double kRelax = 0.02;  // or this share of the depth: under a cursor a
 // cursor lies in the body where what is held is the nearest place. With less, round parts roll over; with 3, a tool
 // that circles in a rod sticks.
 constexpr double kMiddle = 2;
-// Past the middle it goes so many lengths of the hand's own way in a tick. The minimum in a ball of radius R goes
-// R / (R - depth) times as far as the hand, so it follows down to two thirds of R. With 1, what is owed is not made up
-// for: presses through a scan slip (HoldOnScans).
-constexpr double kAside = 3;
+// Past the middle it goes so many lengths of the hand's own way in a tick to a minimum. That of a ball of radius R goes
+// R / (R - depth) times as far as the hand, so it follows down to two thirds of R
+// (PastTheMiddleThePointGoesNoFartherThanThreeTimesTheHandsSidewaysWay).
+constexpr double kToMinimum = 3;
+// And so many along with the hand: once, and once more to make up for what is owed. With 1, presses through a scan slip
+// (HoldOnScans); with 3 it goes farther than to a minimum.
+constexpr double kAlong = 2;
 
 [[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 

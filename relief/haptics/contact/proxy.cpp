@@ -177,7 +177,7 @@ bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double bud
     place_ = descent.rest;  // another triangle may be the one that the cursor is behind
   } else {
     const Vec3d before = place_.position, out = before - cursor;
-    const double little = detail::kAside * length(detail::square_to(out, move));
+    const double little = detail::kToMinimum * length(detail::square_to(out, move));
     if (!(descent.ended && descent.way <= little) && past_the_middle(surface, cursor)) {
       rests = true;
       go_along(surface, cursor, move, descent);
@@ -204,7 +204,7 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
   const bool near =
       descent.ended && detail::is_near_by(descent.way, depth) && !detail::leads_into_air(surface, descent.rest, cursor);
   if (near || length(descent.rest.position - place_.position - own) <= way) {
-    detail::follow(surface, place_, descent, cursor, detail::kAside * way);
+    detail::follow(surface, place_, descent, cursor, detail::kToMinimum * way);
     ledger_.settle();
     return;
   }
@@ -213,7 +213,7 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
   const Vec3d goal = place_.position + past + ledger_.owed();
   SurfacePlace next = place_;
   int tries = detail::kTries;
-  if (past != Vec3d{}) detail::walk(surface, next, goal, detail::kAside * way, tries);
+  if (past != Vec3d{}) detail::walk(surface, next, goal, detail::kAlong * length(past), tries);
   if (ledger_.allows(place_.position, next.position, cursor - move * 0.5)) place_ = next;
   ledger_.owe(goal - place_.position, up, depth);
 }
