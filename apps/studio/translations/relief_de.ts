@@ -1033,6 +1033,10 @@
         <source>Sample spacing</source>
         <translation>Abstand der Messpunkte</translation>
     </message>
+    <message>
+        <source>The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is.</source>
+        <translation>So fein wird das Gitter unter einem Werkzeug, als Teil des Radius. 0 lässt es, wie es ist.</translation>
+    </message>
 </context>
 <context>
     <name>StrokeInput</name>
@@ -3066,10 +3070,6 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Whether a pen works with less pressure the flatter it lies</source>
         <translation>Ob ein Stift mit weniger Druck arbeitet, je flacher er liegt</translation>
-    </message>
-    <message>
-        <source>The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is.</source>
-        <translation>So fein wird das Gitter unter einem Werkzeug, als Teil des Radius. 0 lässt es, wie es ist.</translation>
     </message>
 </context>
 <context>
