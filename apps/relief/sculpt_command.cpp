@@ -601,8 +601,10 @@ void add_settings(CLI::App& c, SculptOptions& o, const std::string& section) {
       case SettingInfo::Kind::Value:
         if (setting.unit == SettingInfo::Unit::Length)
           add("LENGTH", ", model units")->default_str(id == "radius" ? "3 % of the diagonal" : "0");
-        else if (id == "detail")
-          add("SHARE", ", in radii; 0 keeps the grid")->default_str("1/12")->check(in_range(setting.min, setting.max));
+        else if (setting.unit == SettingInfo::Unit::Radii)
+          add("SHARE", ", in radii; 0 leaves it as it is")
+              ->default_str(fmt::format("1/{:.3g}", 1 / setting.preset))
+              ->check(in_range(setting.min, setting.max));
         else
           add("SHARE", "")->default_str(fmt::format("{}", setting.preset))->check(in_range(setting.min, setting.max));
         break;

@@ -287,17 +287,14 @@ void MainWindow::refine_model(const QString& title, RefineWhere where) {
   label.remove(QLatin1Char('&'));
   say(tr("%1 … You can go on sculpting.").arg(label));
   ModelInfo info = document->info();
-  cage_moved_ = std::make_shared<std::atomic<double>>(0.0);
-  bridge_.post(
-      ChangeCage{.label = label.toStdString(),
-                 .details = {},
-                 .make = [info, where, moved = cage_moved_](const SnapshotPtr& model, const ChangeCage::AsMade& as_made,
-                                                            const Progress& progress) -> Result<SnapshotPtr> {
-                   RELIEF_TRY(const SnapshotPtr made, as_made(progress));
-                   RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, made, progress));
-                   *moved = refined.moved_max;
-                   return refined.model.head;
-                 }});
+  bridge_.post(ChangeCage{.label = label.toStdString(),
+                          .details = {},
+                          .make = [info, where](const SnapshotPtr& model, const ChangeCage::AsMade& as_made,
+                                                const Progress& progress) -> Result<ChangeCage::Made> {
+                            RELIEF_TRY(const SnapshotPtr made, as_made(progress));
+                            RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, made, progress));
+                            return ChangeCage::Made(refined.model.head, refined.moved_max);
+                          }});
   refresh();
 }
 

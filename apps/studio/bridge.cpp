@@ -84,9 +84,9 @@ void DocumentBridge::deliver() {
       emit savedElsewhere(text(e->file), e->whole);
     }
     if (const auto* e = std::get_if<LimitReached>(&event)) emit limitReached(e->so_far);
-    if (std::holds_alternative<PointMissed>(event)) emit pointMissed();
+    if (const auto* e = std::get_if<PointMissed>(&event)) emit pointMissed(e->at);
     if (const auto* e = std::get_if<DetailLimited>(&event)) emit detailLimited(e->at);
-    if (std::holds_alternative<TakenBeside>(event)) emit takenBeside();
+    if (const auto* e = std::get_if<TakenBeside>(&event)) emit takenBeside(e->at);
     if (const auto* e = std::get_if<RoomAsked>(&event)) emit roomAsked(e->source, e->runs_out);
     if (const auto* e = std::get_if<RoomEnded>(&event)) emit roomEnded(*e);
     if (const auto* e = std::get_if<CageChanged>(&event)) emit cageChanged(*e);

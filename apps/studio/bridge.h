@@ -46,9 +46,9 @@ class DocumentBridge : public QObject {
   void saved(quint64 stroke);
   void savedElsewhere(const QString& file, bool whole);
   void limitReached(const relief::StrokeResult& so_far);
-  void pointMissed();
+  void pointMissed(const relief::Vec3d& at);
   void detailLimited(const relief::Vec3d& at);
-  void takenBeside();
+  void takenBeside(const relief::Vec3d& at);
   void roomAsked(quint32 source, bool runs_out);
   void roomEnded(const relief::RoomEnded& room);
   void cageChanged(const relief::CageChanged& change);

@@ -205,8 +205,6 @@ class MainWindow : public QMainWindow {
   bool room_told_ = false;      ///< that room is being made under the running stroke was said
   bool making_room_ = false;    ///< the document does, under a stroke of the pointer that has not ended
   bool changing_cage_ = false;  ///< the document works on other slabs
-  /// How far the last change of the cage has moved the surface, model units; set by its worker.
-  std::shared_ptr<std::atomic<double>> cage_moved_;
 };
 
 }  // namespace relief::studio

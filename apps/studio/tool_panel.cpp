@@ -20,15 +20,15 @@ namespace {
 /// Those in the bar above the picture.
 bool elsewhere(const SettingInfo& setting) { return setting.id == "radius" || setting.id == "strength"; }
 
-QString title_of(const SettingInfo& setting) {
-  return QCoreApplication::translate("Settings", std::string(setting.title).c_str());
+QString in_our_language(std::string_view words) {
+  return QCoreApplication::translate("Settings", std::string(words).c_str());
 }
 
 }  // namespace
 
 ValueFormat format_of(const SettingInfo& setting, Unit unit) {
   if (setting.unit == SettingInfo::Unit::Length) return length_format(text(name(unit)));
-  if (setting.id == "detail") return percent_format(1);
+  if (setting.unit == SettingInfo::Unit::Radii) return percent_format(1);  // the smallest are about one percent
   if (setting.unit == SettingInfo::Unit::Percent) return percent_format();
   return plain_format(2);
 }
@@ -72,7 +72,7 @@ void ToolPanel::refresh() {
 }
 
 void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
-  const QString id = text(setting.id), title = title_of(setting);
+  const QString id = text(setting.id), title = in_our_language(setting.title);
   using Kind = SettingInfo::Kind;
   if (setting.kind == Kind::Value) {
     auto* bar = new ValueBar(title, this);
@@ -80,8 +80,7 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
     bar->setObjectName(QStringLiteral("setting-") + id);
     bar->set_range(low, high, ValueBar::Scale::Linear, setting.unit == SettingInfo::Unit::Length ? 0 : setting.step);
     bar->set_format(format_of(setting, unit_));
-    if (id == QLatin1String("detail"))
-      bar->set_help(tr("The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is."), {});
+    if (!setting.help.empty()) bar->set_help(in_our_language(setting.help));
     connect(bar, &ValueBar::valueEdited, this, [this, id](double value) { tools_.set_value(id, value); });
     refreshers_.emplace_back([this, bar, id] { bar->set_real_value(tools_.value(id)); });
     into.addWidget(bar);
@@ -120,7 +119,7 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
     // "Pressure drives" goes on with its choice. A capital would make that the name of another control.
     const bool by_pressure = id == QLatin1String("pressure_drives");
     for (const std::string_view each : setting.choices) {
-      QString words = QCoreApplication::translate("Settings", std::string(each).c_str());
+      QString words = in_our_language(each);
       if (!by_pressure) words[0] = words[0].toUpper();
       choice->addItem(words);
     }

@@ -91,15 +91,17 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::limitReached, this, [this](const StrokeResult& so_far) {
     if (!bar_told_) say(end_text(so_far.limited_at, across_, unit_));
   });
-  connect(&bridge_, &DocumentBridge::pointMissed, this,
-          [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
+  connect(&bridge_, &DocumentBridge::pointMissed, this, [this](const Vec3d& at) {
+    say(tr("The tool leaves the surface on the way to %1: what it does there is left out.")
+            .arg(place_text(at, across_, unit_)));
+  });
   connect(&bridge_, &DocumentBridge::detailLimited, this, [this](const Vec3d& at) {
     say(tr("The surface stays coarser at %1 than this tool wants. A larger radius helps.")
             .arg(place_text(at, across_, unit_)));
   });
-  connect(&bridge_, &DocumentBridge::takenBeside, this, [this] {
+  connect(&bridge_, &DocumentBridge::takenBeside, this, [this](const Vec3d& at) {
     if (std::exchange(lean_told_, true)) return;
-    say(tr("The fibres lean here: the tool takes some clay from beside it, too."));
+    say(tr("The fibres lean at %1: the tool takes some clay from beside it, too.").arg(place_text(at, across_, unit_)));
   });
   connect(&bridge_, &DocumentBridge::closed, this, [this] {
     making_room_ = changing_cage_ = false;
@@ -132,10 +134,9 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::cageChanged, this, [this](const CageChanged& change) {
     changing_cage_ = false;
     const QString label = text(change.label);
-    const double moved = cage_moved_ ? cage_moved_->load() : 0;
-    if (change.changed && moved > 0)
+    if (change.changed && change.surface_moved > 0)
       say(tr("%1: done; the surface moved by at most %2")
-              .arg(label, length_text(moved, bridge_.document()->info().unit)));
+              .arg(label, length_text(change.surface_moved, bridge_.document()->info().unit)));
     else if (change.changed)
       say(tr("%1: done").arg(label));
     else if (change.cancelled)

@@ -333,40 +333,15 @@ class Clay {
       detail.grids.push_back({Layer::Displacement, s, after.slab_mesh().intervals(s)});
     const auto finer = relief::with_detail(model_.head, detail);
     if (!finer) return 1;
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> unit(0, 1);
-    double most = 0;
-    const SlabMesh &is = (*finer)->slab_mesh(), &was = model_.head->slab_mesh();
     constexpr int kPlaces = 27'000;
-    for (int k = 0; k < kPlaces; ++k) {
-      const auto s = static_cast<SlabId>(random() % is.slab_count());
-      const double u = unit(random), v = unit(random) * (1 - u);
-      const auto there = heir(is, was, {s, u, v, 0});
-      most = std::max(most, std::abs(displacement_at(**finer, s, u, v) -
-                                     displacement_at(*model_.head, there->slab, there->u, there->v)));
-    }
-    return most;
+    return testing::moved_between(*model_.head, **finer, kPlaces);
   }
 
   /// Of inner and outer triangles, where a slab was cut again and again; as a share of the least of its root.
   [[nodiscard]] double least_angle(int generations) const {
     testing::RandomCuts cuts(model_.head);
-    const auto least = [](const SlabCorners& c) {
-      double angle = 4;
-      for (const auto& of : {c.inner, c.outer})
-        for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3d a = normalized(of[(k + 1) % 3] - of[k]), b = normalized(of[(k + 2) % 3] - of[k]);
-          angle = std::min(angle, std::atan2(length(cross(a, b)), dot(a, b)));
-        }
-      return angle;
-    };
     for (int k = 0; k < generations; ++k) cuts.cut(0);
-    const SlabMesh& mesh = cuts.model()->slab_mesh();
-    double worst = 1;
-    for (SlabId s = 0; s < mesh.slab_count(); ++s)
-      worst =
-          std::min(worst, least(mesh.corners(s)) / least(model_.head->slab_mesh().corners(mesh.root_place(s).root)));
-    return worst;
+    return testing::least_angle_of_roots(cuts.model()->slab_mesh(), model_.head->slab_mesh());
   }
 
   static bool stands(const SlabMesh& was, const SlabMesh& is, SlabId s) {

@@ -90,12 +90,14 @@ struct RoomMade {
 /// Says what a stroke meets where it has no room.
 struct RoomBarred {
   RoomBar by = RoomBar::None;  ///< what it is
-  double distance = 0;         ///< from `at` along the stroke's axis, model units; 0 for fibres
+  double distance = 0;         ///< from `at` along the line that is looked along, model units; 0 for fibres
   Vec3d at = {};               ///< the surface there, model units; zero where nothing bars the way
 };
-/// Returns what bars the way where the stroke goes deepest into what is in its way. That is measured along the stroke's
-/// own axis, so it depends on the form and on the stroke, not on where fibres stand. `surface`, `wanted` and `goals`
-/// are what the room was made from. A few rays for each slab that lacks.
+/// Returns what bars the way where the stroke goes deepest into what is in its way. First it looks along the axis of
+/// each solid that slabs lack room for, from the surface above the deepest point of a cut or below a filling, so that
+/// fibres have no say. Where that meets nothing, it looks from where each slab lacks most: along the axis of the solid
+/// that goes farthest there, or along the fibre where only a leaning fibre meets one. `surface`, `wanted` and `goals`
+/// are what the room was made from. A few rays for each solid and each slab that lacks.
 [[nodiscard]] RoomBarred room_barred(const Snapshot& surface, const RoomWanted& wanted, const RoomMade& made,
                                      const RoomGoals& goals);
 

@@ -33,12 +33,14 @@ struct RoomWanted {
   [[nodiscard]] bool empty() const noexcept { return cut.empty() && fill.empty(); }
 };
 
-/// Says what a stroke meets before its end, where most is lacking.
+/// Says what stands in a stroke's way, where the stroke goes deepest into that. Lines from the surface tell, along the
+/// stroke's axis as a rule, for twice as far as it wants to go and some 10 % more: each side has about half of what
+/// lies between, and fades out over the last of it.
 enum class RoomBar : std::uint8_t {
   None,       ///< nothing is lacking
-  FarSide,    ///< the far side of the form: slabs cannot have holes, and each side has clay to about the middle
-  OtherPart,  ///< another part of the form that stands opposite: each has room to about the middle
-  Fibres,     ///< neither: the fibres beside it leave no space, or would meet the surface twice
+  FarSide,    ///< of a cut: the line leaves the form; slabs cannot have holes
+  OtherPart,  ///< of a filling: the line enters the form again, in another part or beyond a hollow
+  Fibres,     ///< no line meets anything: the fibres there have no space, or would meet the surface twice
 };
 
 /// A slab whose samples were taken anew, on fibres that have moved. Samples stand between fibres of its root: bit k of
@@ -88,8 +90,10 @@ struct Room {
   std::size_t lacking = 0;      ///< that still do not reach as far as was wanted
   double surface_moved = 0;     ///< the farthest that the surface moved, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
-  double bar_distance = 0;      ///< from the surface to the far side or the other part, model units; else 0
-  Vec3d bar_at = {};            ///< the surface where the way is barred, model units; zero where nothing bars it
+  double bar_distance = 0;      ///< from bar_at along RoomBar's line to what it meets, model units; 0 for Fibres
+  /// The surface where that line begins, model units; for Fibres where most is lacking. Zero where nothing bars the
+  /// way.
+  Vec3d bar_at = {};
   /// An undercut, which slabs cannot hold: how far beside the surface the stroke goes under it, model units. Tools cut
   /// all that is between. 0 where it is below kLeastOverhang.
   double overhang = 0;

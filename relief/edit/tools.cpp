@@ -32,7 +32,10 @@ constexpr SettingInfo kExact = {.id = "exact", .title = "Exact cut", .kind = Kin
 constexpr SettingInfo kHeight = {.id = "height", .title = "Height", .unit = Unit::Length};
 constexpr SettingInfo kSpacing = {.id = "detail",
                                   .title = "Sample spacing",
-                                  .unit = Unit::Percent,
+                                  .help =
+                                      "The grid becomes as fine as this part of the radius under a tool. "
+                                      "0 leaves it as it is.",
+                                  .unit = Unit::Radii,
                                   .max = kCoarsestDetail,
                                   .step = 0.005,
                                   .preset = kDetail};

@@ -84,12 +84,13 @@ struct Brush {
 struct SettingInfo {
   /// How a program shows the setting.
   enum class Kind : std::uint8_t { Value, Switch, Choice, Colour, Curve };
-  /// Percent: the value is a share, 0 to 1.
-  enum class Unit : std::uint8_t { None, Length, Percent };
+  /// Percent: the value is a share, 0 to 1. Radii: a share of the tool's radius; 0 leaves things as they are.
+  enum class Unit : std::uint8_t { None, Length, Percent, Radii };
   /// name in files, and name on the screen
   std::string_view id, title;
-  Kind kind = Kind::Value;  ///< what it looks like
-  Unit unit = Unit::None;   ///< what its number means
+  std::string_view help = {};  ///< a sentence or two, where the title does not say it all
+  Kind kind = Kind::Value;     ///< what it looks like
+  Unit unit = Unit::None;      ///< what its number means
   /// of a length: 0 of all four leaves it to the program
   double min = 0, max = 1, step = 0.01, preset = 0;
   bool pressure_may_drive = false;                 ///< whether the pen may drive it

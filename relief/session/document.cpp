@@ -365,7 +365,7 @@ struct Document::State {
   void tell_shortcomings(const StrokeResult& result, bool clay_ends) {
     if (result.detail_limited && !std::exchange(open->said_coarse, true))
       emit(DetailLimited{open->source, result.detail_limited_at});
-    if (result.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
+    if (result.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source, result.missed_at});
     if (clay_ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, result});
   }
 
@@ -411,7 +411,7 @@ struct Document::State {
 
   /// What the last dab brought.
   void after_end(const StrokeResult& result) {
-    if (result.beside) emit(TakenBeside{open->source});
+    if (result.beside) emit(TakenBeside{open->source, result.beside_at});
     tell_shortcomings(result, result.limited > 0);
     const std::scoped_lock lock(counted_mutex);
     counted.missed += result.missed;
@@ -649,7 +649,7 @@ struct Document::State {
                                    first = as_made()](const Progress& progress) -> Result<Room> {
       auto made = make(from, first, progress);
       if (!made) return std::unexpected(made.error());
-      return Room{.model = *made};
+      return Room{.model = made->model, .surface_moved = made->surface_moved};
     });
   }
 
@@ -669,8 +669,7 @@ struct Document::State {
     } else if (open.has_value()) {
       changing->ready = made;  // the stroke would lose its start
     } else if (made && (is_of_head || !made->model)) {
-      if (made->model) push_change(made->model);
-      end_change({}, made->model != nullptr);
+      finish_change(made->model, made->surface_moved);
     } else if (changing->times < 2) {
       ask_for_change();
     } else {
@@ -685,8 +684,12 @@ struct Document::State {
       end_change(std::unexpected(made.error()));
       return;
     }
-    if (*made) push_change(*made);
-    end_change({}, *made != nullptr);
+    finish_change(made->model, made->surface_moved);
+  }
+
+  void finish_change(const SnapshotPtr& model, double surface_moved) {
+    if (model) push_change(model);
+    end_change({}, model != nullptr, surface_moved);
   }
 
   void push_change(const SnapshotPtr& model) {
@@ -705,8 +708,11 @@ struct Document::State {
     tell_history();
   }
 
-  void end_change(const Status& status, bool changed = false) {
-    CageChanged ended{.label = changing->command.label, .changed = changed, .stroke = history.position()};
+  void end_change(const Status& status, bool changed = false, double surface_moved = 0) {
+    CageChanged ended{.label = changing->command.label,
+                      .changed = changed,
+                      .stroke = history.position(),
+                      .surface_moved = changed ? surface_moved : 0};
     changing.reset();
     ended.cancelled = !status && status.error().code == Errc::Cancelled;
     ended.failed = !status && !ended.cancelled;

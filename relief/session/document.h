@@ -16,6 +16,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -70,15 +71,21 @@ struct SetHistoryBytes {
 };
 /// Another cage for the model, or finer grids: `make` is called on a thread of the document's own with the newest
 /// state, while tools go on. What it makes becomes a step of the history, if the model is still that one when it is
-/// done; otherwise it is asked again, and the third time all wait for it. Null where there is nothing to change.
+/// done; otherwise it is asked again, and the third time all wait for it.
 struct ChangeCage {
   /// Gets the model as it was when its slabs were new, from the file perhaps; null where nobody has it any more.
   /// Called by `make`, on its thread. Errors: Io, Cancelled.
   using AsMade = std::function<Result<SnapshotPtr>(const Progress&)>;
   std::string label;    ///< what people read
   std::string details;  ///< of the journal, JSON; may be empty
+  /// A changed model, and how far its surface lies from the one before at most.
+  struct Made {
+    SnapshotPtr model;         ///< null where there is nothing to change
+    double surface_moved = 0;  ///< model units; 0 where only grids and fibres are others
+    Made(SnapshotPtr changed, double moved = 0) : model(std::move(changed)), surface_moved(moved) {}
+  };
   /// Makes the changed model. Called on the worker, or on the edit thread where strokes follow each other all the time.
-  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const AsMade& as_made, const Progress&)> make;
+  std::function<Result<Made>(const SnapshotPtr& model, const AsMade& as_made, const Progress&)> make;
 };
 /// Drops the changes of the cage that have not ended.
 struct CancelChanges {};
@@ -138,6 +145,7 @@ struct LimitReached {
 /// The first time in a stroke that a point was farther from the surface than the radius, and left out.
 struct PointMissed {
   StrokeSource source = 0;  ///< whose stroke it is
+  Vec3d at = {};            ///< that point, to which the tool was on its way; model units
 };
 /// The first time in a stroke that the grid stays coarser than its tool wants: finer samples would exceed what a dab, a
 /// stroke or a model may add, or kFinestDetail.
@@ -149,6 +157,7 @@ struct DetailLimited {
 /// may get other fibres.
 struct TakenBeside {
   StrokeSource source = 0;  ///< whose stroke it is
+  Vec3d at = {};            ///< the surface under the first dab that did, model units
 };
 /// A stroke runs out of clay, or of the room above it, or took clay from beside the tool: from now on room is made
 /// under it.
@@ -163,8 +172,8 @@ struct RoomEnded {
   std::size_t lacking = 0;      ///< that do not reach as far as the stroke; none either, where nothing ran out
   double surface_moved = 0;     ///< the farthest, model units
   RoomBar bar = RoomBar::None;  ///< why those do not
-  double bar_distance = 0;      ///< from the surface to what bars the way, model units; 0 for fibres
-  Vec3d bar_at = {};            ///< the surface there, model units; zero where nothing bars the way
+  double bar_distance = 0;      ///< see Room; along the axis from bar_at, model units
+  Vec3d bar_at = {};            ///< see Room; on the surface, model units
   double overhang = 0;          ///< see Room
   Vec3d overhang_at = {};       ///< see Room
   std::size_t folded = 0;       ///< of the new samples, see SampledAnew
@@ -176,6 +185,7 @@ struct CageChanged {
   /// Failed has said why
   bool cancelled = false, failed = false;
   std::uint64_t stroke = 0;  ///< steps that stand now
+  double surface_moved = 0;  ///< the farthest, model units, as its maker says; 0 where nothing has changed
 };
 /// The world failed. Strokes that are not saved are tried again every `retry_after`, with the next one, and by close();
 /// Saved tells that it went well.

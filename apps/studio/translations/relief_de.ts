@@ -1033,6 +1033,10 @@
         <source>Sample spacing</source>
         <translation>Abstand der Messpunkte</translation>
     </message>
+    <message>
+        <source>The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is.</source>
+        <translation>So fein wird das Gitter unter einem Werkzeug, als Teil des Radius. 0 lässt es, wie es ist.</translation>
+    </message>
 </context>
 <context>
     <name>StrokeInput</name>
@@ -2371,12 +2375,12 @@ berühren, um weiterzumachen</translation>
         <translation>Das Modell konnte nicht exportiert werden</translation>
     </message>
     <message>
-        <source>The tool is away from the surface: what it does there is left out.</source>
-        <translation>Das Werkzeug ist nicht an der Oberfläche: Was es dort tut, entfällt.</translation>
+        <source>The tool leaves the surface on the way to %1: what it does there is left out.</source>
+        <translation>Auf dem Weg nach %1 ist das Werkzeug nicht an der Oberfläche: Was es dort tut, entfällt.</translation>
     </message>
     <message>
-        <source>The fibres lean here: the tool takes some clay from beside it, too.</source>
-        <translation>Hier stehen die Fasern schräg: Das Werkzeug nimmt auch neben sich etwas Ton weg.</translation>
+        <source>The fibres lean at %1: the tool takes some clay from beside it, too.</source>
+        <translation>Bei %1 stehen die Fasern schräg: Das Werkzeug nimmt auch neben sich etwas Ton weg.</translation>
     </message>
     <message>
         <source>load import file scan</source>
@@ -3066,10 +3070,6 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Whether a pen works with less pressure the flatter it lies</source>
         <translation>Ob ein Stift mit weniger Druck arbeitet, je flacher er liegt</translation>
-    </message>
-    <message>
-        <source>The grid becomes as fine as this part of the radius under a tool. 0 leaves it as it is.</source>
-        <translation>So fein wird das Gitter unter einem Werkzeug, als Teil des Radius. 0 lässt es, wie es ist.</translation>
     </message>
 </context>
 <context>

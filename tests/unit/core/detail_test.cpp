@@ -44,7 +44,7 @@ SlabCoord random_place(const SlabMesh& mesh, std::mt19937& random) {
 /// Models of all kinds of n, even and odd, alike and mixed, closed and open, smooth and twisted.
 std::vector<SnapshotPtr> models() {
   std::vector<SnapshotPtr> made;
-  for (const int n : {1, 2, 15, 31, 32, 63}) made.push_back(displaced(sphere_shell(1, n), bumps));
+  for (const int n : {1, 2, 15, 31, 32, 63, 128}) made.push_back(displaced(sphere_shell(1, n), bumps));
   made.push_back(displaced(torus_shell(8, 6, 8), bumps));
   made.push_back(displaced(plane_shell(3, 6), bumps));
   made.push_back(displaced(mixed_shell(*torus_shell(8, 6, 8), 1, 4), bumps));
@@ -84,26 +84,7 @@ TEST(Detail, TheSurfaceDoesNotMove) {
 }
 
 TEST(Detail, EverySampleThatThereWasIsThereStill) {
-  for (const SnapshotPtr& model : models()) {
-    const SnapshotPtr cut = cut_at_random(model, 25);
-    const SlabMesh& mesh = model->slab_mesh();
-    for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-      const int n = mesh.intervals(s);
-      for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i) {
-          if (mesh.edge_place(s, {i, j}).constrained()) continue;
-          const auto there = heir(mesh, cut->slab_mesh(), {s, double(i) / n, double(j) / n, 0});
-          const int m = cut->slab_mesh().intervals(there->slab);
-          const double x = there->u * m, y = there->v * m;
-          const GridPoint p = {static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y))};
-          ASSERT_NEAR(x, p.i, 1e-9);
-          ASSERT_NEAR(y, p.j, 1e-9);
-          EXPECT_EQ(cut->displacement(there->slab)[sample_index(m, p)],
-                    model->displacement(s)[sample_index(n, {i, j})]);
-          EXPECT_EQ(sample_position(*cut, there->slab, p), sample_position(*model, s, {i, j})) << "to the bit";
-        }
-    }
-  }
+  for (const SnapshotPtr& model : models()) EXPECT_EQ(testing::samples_lost(*model, *cut_at_random(model, 25)), 0U);
 }
 
 TEST(Detail, CopiesLieAtTheSamePlaceToTheBit) {

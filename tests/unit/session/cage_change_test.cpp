@@ -458,6 +458,7 @@ TEST(ChangeOfTheCage, IsAStepOfTheHistory) {
   while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   next();
   EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+  EXPECT_EQ(events.of<CageChanged>()[0].surface_moved, 0);
   EXPECT_EQ(document.head()->slab_mesh().slab_count(), 4 * before);
   post(document, stroke_over_ball(4));
   next();
@@ -577,6 +578,21 @@ SnapshotPtr other_slabs() {
 }
 Result<SnapshotPtr> with_other_slabs(const SnapshotPtr&, const ChangeCage::AsMade&, const Progress&) {
   return other_slabs();
+}
+
+TEST(ChangeOfTheCage, TellsHowFarItsMakerSaysThatTheSurfaceMoved) {
+  Events events;
+  Document document(ball(), events.settings());
+  for (const SnapshotPtr& model : {other_slabs(), SnapshotPtr()})
+    document.post(
+        ChangeCage{.label = "moves", .details = {}, .make = [model](const SnapshotPtr&, const auto&, const Progress&) {
+                     return Result<ChangeCage::Made>(ChangeCage::Made(model, 0.02));
+                   }});
+  while (events.of<CageChanged>().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+  EXPECT_EQ(events.of<CageChanged>()[0].surface_moved, 0.02);
+  EXPECT_FALSE(events.of<CageChanged>()[1].changed);
+  EXPECT_EQ(events.of<CageChanged>()[1].surface_moved, 0) << "nothing has changed";
 }
 
 // New slabs may have the corners of the old ones, as in a cage of a few slabs.

@@ -470,6 +470,7 @@ TEST(Document, LimitsAndMissedPointsAreToldOnceAStroke) {
   EXPECT_NEAR(length(first), 1, 0.1) << "a place on the ball";
   EXPECT_LT(length(first - deep.points[0].position), 0.2) << "its first dab goes beyond the clay";
   ASSERT_EQ(events.of<PointMissed>().size(), 1U);
+  EXPECT_EQ(events.of<PointMissed>()[0].at, Vec3d(4, 4, 4));
   const StrokeFinished finished = events.of<StrokeFinished>().back();
   EXPECT_EQ(finished.result.missed, 3U);
   EXPECT_EQ(finished.result.missed_at, Vec3d(4, 4, 4));
@@ -517,8 +518,13 @@ TEST(Document, ClayTakenBesideTheToolIsToldOnceAStroke) {
     for (int k = 0; k <= 20; ++k) cut.points.push_back({0.02 * k, {0.4 + 0.01 * k, 0, 0.5}, 1});
     post(document, cut);
     document.settle();
-    EXPECT_EQ(events.of<TakenBeside>().size(), lean > 0 ? 1U : 0U);
-    EXPECT_EQ(events.of<StrokeFinished>().back().result.beside, lean > 0);
+    ASSERT_EQ(events.of<TakenBeside>().size(), lean > 0 ? 1U : 0U);
+    const StrokeResult result = events.of<StrokeFinished>().back().result;
+    EXPECT_EQ(result.beside, lean > 0);
+    if (lean > 0) {
+      EXPECT_EQ(events.of<TakenBeside>()[0].at, result.beside_at);
+      EXPECT_LT(length(result.beside_at - Vec3d{0.5, 0, 0.5}), 0.2) << "on the way of the stroke";
+    }
   }
 }
 

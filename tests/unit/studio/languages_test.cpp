@@ -103,6 +103,7 @@ TEST_F(Language, WordsOfTheLibraryAreTranslated) {
     expect("Tools", tool.help);
     for (const SettingInfo& setting : tool.settings) {
       expect("Settings", setting.title);
+      if (!setting.help.empty()) expect("Settings", setting.help);
       for (const std::string_view choice : setting.choices) expect("Settings", choice);
     }
   }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -129,25 +130,119 @@ TEST(SplitRoots, WhatIsCutInFourStaysAndWhatItNeedsToo) {
   EXPECT_FALSE(std::ranges::binary_search(split.halved.numbers, 17U));
 }
 
-TEST(SplitRoots, TellHowFarTheSurfaceMovesOutsideTheSolid) {
-  const SnapshotPtr model = bumpy_ball(1, 16);
-  const Capsule ball = ball_at(*model, 17, 0.4);
-  const SplitRoots split = split_at(*model, 17, 0.4);
-  ASSERT_TRUE(split.model);
-  double most = 0;
-  const SlabMesh& mesh = split.model->slab_mesh();
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> share(0, 1);
-  for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    for (int k = 0; k < 400; ++k) {
-      double u = share(random), v = share(random);
-      if (u + v > 1) u = 1 - u, v = 1 - v;
-      const Vec3d p = surface_point(*split.model, s, u, v).position;
-      if (length(p - ball.a) > ball.radius) most = std::max(most, off(*model, p));
+/// How far the surface of a slab moves at most where one diagonal of two micro-triangles is changed for the other,
+/// model units: a quarter of the largest second difference along the longest fibre; and, as fibres are not parallel, a
+/// quarter of what they and alpha differ by from sample to sample, for new samples are means of alphas.
+double most_moved_by_diagonals(const Snapshot& model, SlabId s) {
+  const int n = model.slab_mesh().intervals(s);
+  const auto at = [&](int i, int j) { return double(model.displacement(s)[sample_index(n, {i, j})]); };
+  const SlabCorners corners = model.slab_mesh().corners(s);
+  double longest = 0, apart = 0, bent = 0, step = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    longest = std::max(longest, length(corners.fibre(k)));
+    apart = std::max(apart, length(corners.fibre((k + 1) % 3) - corners.fibre(k)) / n);
+  }
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i + j < n; ++i) {
+      std::array<double, 3> bends{};
+      if (i + j + 1 < n) bends[0] = at(i, j) + at(i + 1, j + 1) - at(i + 1, j) - at(i, j + 1);
+      if (j > 0) bends[1] = at(i, j + 1) + at(i + 1, j - 1) - at(i, j) - at(i + 1, j);
+      if (i > 0) bends[2] = at(i + 1, j) + at(i - 1, j + 1) - at(i, j) - at(i, j + 1);
+      for (const double bend : bends) bent = std::max(bent, std::abs(bend));
+      step = std::max({step, std::abs(at(i + 1, j) - at(i, j)), std::abs(at(i, j + 1) - at(i, j)),
+                       std::abs(at(i + 1, j) - at(i, j + 1))});
     }
-  EXPECT_GT(most, 1e-5);
-  EXPECT_LE(most, split.surface_moved + 2 * kStep);
-  EXPECT_LT(split.surface_moved, 4 * most);
+  return (bent * longest + step * apart) / 4;
+}
+
+/// Of what a slab is a half, a quarter and so on, and how often that was halved.
+struct Piece {
+  SlabId root = kNoSlab;
+  int generations = 0;
+};
+Piece piece_of(const SlabMesh& was, const SlabMesh& is, SlabId s) {
+  const SlabCorners piece = is.corners(s);
+  LocateHint hint;
+  const auto at = locate(was, piece.point({1. / 3, 1. / 3, 1. / 3}, 0.5), hint);
+  if (!at) return {};
+  const auto area = [](const SlabCorners& c) {
+    return length(cross(c.inner[1] - c.inner[0], c.inner[2] - c.inner[0]));
+  };
+  return {at->slab, static_cast<int>(std::lround(std::log2(area(was.corners(at->slab)) / area(piece))))};
+}
+
+TEST(SplitRoots, TellHowFarTheSurfaceMovesOutsideTheSolid) {
+  for (const int n : {15, 16, 31, 64}) {
+    SCOPED_TRACE(n);
+    const SnapshotPtr model = bumpy_ball(1, n);
+    const Capsule ball = ball_at(*model, 17, 0.4);
+    const SplitRoots split = split_at(*model, 17, 0.4);
+    ASSERT_TRUE(split.model);
+    double most = 0;
+    double nearest = 0;
+    std::size_t halved_once = 0;
+    const SlabMesh& mesh = split.model->slab_mesh();
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> share(0, 1);
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+      double here = 0;
+      for (int k = 0; k < 400; ++k) {
+        double u = share(random), v = share(random);
+        if (u + v > 1) u = 1 - u, v = 1 - v;
+        const Vec3d p = surface_point(*split.model, s, u, v).position;
+        if (length(p - ball.a) > ball.radius) here = std::max(here, off(*model, p));
+      }
+      most = std::max(most, here);
+      const Piece piece = piece_of(model->slab_mesh(), mesh, s);
+      if (piece.generations != 1) continue;
+      // One of the ring that lets slabs meet along whole edges.
+      ++halved_once;
+      const double bar = most_moved_by_diagonals(*model, piece.root) + 2 * kStep;
+      EXPECT_LE(here, bar) << s;
+      nearest = std::max(nearest, here / bar);
+    }
+    EXPECT_GT(halved_once, 0U);
+    EXPECT_GT(nearest, 0.3) << "the bar is not far off";
+    EXPECT_GT(most, 1e-5);
+    EXPECT_LE(most, split.surface_moved + 2 * kStep);
+    EXPECT_LT(split.surface_moved, 4 * most);
+  }
+}
+
+/// The least angle of a slab's inner and outer triangle.
+double least_angle(const SlabCorners& c) {
+  double angle = 4;
+  for (const auto& of : {c.inner, c.outer})
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d a = normalized(of[(k + 1) % 3] - of[k]), b = normalized(of[(k + 2) % 3] - of[k]);
+      angle = std::min(angle, std::atan2(length(cross(a, b)), dot(a, b)));
+    }
+  return angle;
+}
+
+TEST(SplitRoots, KeepTheirShapeOverTwentyGenerations) {
+  const SnapshotPtr model = bumpy_ball(1, 32);
+  const Vec3d place = surface_point(*model, 17, 0.3, 0.3).position;
+  SnapshotPtr split = model;
+  for (const double radius : {0.05, 0.0015}) {
+    // So fine that samples lie in the ball.
+    Detail finest;
+    finest.grids.push_back({Layer::Displacement, closest_point(*split, place).slab, kMaxIntervals});
+    split = split_at(**with_detail(split, finest), finest.grids[0].slab, radius).model;
+    ASSERT_TRUE(split);
+  }
+  const SlabMesh &was = model->slab_mesh(), &is = split->slab_mesh();
+  int generations = 0;
+  double worst = 1;
+  for (SlabId s = 0; s < is.slab_count(); ++s) {
+    const Piece piece = piece_of(was, is, s);
+    ASSERT_NE(piece.root, kNoSlab);
+    generations = std::max(generations, piece.generations);
+    worst = std::min(worst, least_angle(is.corners(s)) / least_angle(was.corners(piece.root)));
+  }
+  EXPECT_GE(generations, 20);
+  // The ends of new fibres are rounded: by a thousandth of the smallest edges here.
+  EXPECT_GE(worst, 0.5 - 1e-3);
 }
 
 TEST(SplitRoots, AreNoMoreThanToolsWaitFor) {
