@@ -97,6 +97,11 @@ def conversion_rows(table, resolution):
                "covered_share": made["coverage"]["visible_share"], "verified": row["verified"]}
 
 
+def without_content(sentence):
+    """A refusal without the words of the file that it quotes."""
+    return re.sub(r"'[^']*'(?= is not a number)|(?<=but there is )'[^']*'", "'...'", sentence)
+
+
 def file_rows(table):
     """A row per file: what became of it and the sentence that says so. Before these, what must hold of all of them."""
     rows, goals = table["rows"], table["goals"]
@@ -115,7 +120,7 @@ def file_rows(table):
         kept = {"file": row["model"], "cpu_s": row["cpu_s"], "wall_s": row["wall_s"], "peak_mib": row["peak_mib"], "missed": row["broken_musts"]}
         made = row.get("convert")
         if made is None:
-            yield kept | {"outcome": "refused", "said": row["error"].split(f"{row['model']}: ", 1)[-1].removeprefix("relief: ")}
+            yield kept | {"outcome": "refused", "said": without_content(row["error"].split(f"{row['model']}: ", 1)[-1].removeprefix("relief: "))}
             continue
         yield kept | {"outcome": made["mode"], "said": made["verdict"], "verify_said": row["verify"].get("verdict", row.get("error")),
                       "triangles": row["triangles"], "slabs": made["slabs"], "covered_share": made["coverage"]["visible_share"],

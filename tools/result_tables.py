@@ -283,8 +283,13 @@ def told_of_files(rows):
     """What was said of each file that has no certificate; of a verdict its first part, the reason."""
     def text(row):
         return (row["said"] if row["outcome"] == "refused" else row["said"].split(";")[0]).replace("|", "\\|")
+    same = {}  # files of a folder of which the same is said
+    for row in rows:
+        if row.get("outcome") in ("tolerant", "refused"):
+            same.setdefault((row["file"].rsplit("/", 1)[0], row["outcome"], text(row)), []).append(row["file"])
     return grid(["file", "outcome", "said"],
-                ([f"`{row['file']}`", row["outcome"], text(row)] for row in rows if row.get("outcome") in ("tolerant", "refused")))
+                ([f"`{files[0]}`" if len(files) == 1 else f"{len(files)} files of `{folder}`", outcome, said]
+                 for (folder, outcome, said), files in same.items()))
 
 
 def safety(rows):

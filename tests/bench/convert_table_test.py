@@ -194,6 +194,7 @@ exec '{os.environ["RELIEF_BIN"]}' "$@"
         self.assertLess(converted["bound"], 0.01)
         self.assertIn("all that certified mode claims holds", "\n".join(result_tables.solids(rows)))
         self.assertIn("| `scans` | 1 | 0 | 0 | 1 |", "\n".join(result_tables.outcomes(rows)))
+        self.assertEqual(results.without_content("line 11: '3.1+e2' is not a number"), "line 11: '...' is not a number")
         self.assertIn("| `scans/no_mesh.txt` | refused |", "\n".join(result_tables.told_of_files(rows)))
 
     def test_wrong_usage_is_2(self):
