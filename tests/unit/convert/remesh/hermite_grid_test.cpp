@@ -170,6 +170,23 @@ TEST(HermiteGrid, ACornerOfTheSkinOnOneOfTheGridTurnsNoOther) {
   }
 }
 
+// Of two faces in one row of cells only the outer one is the solid's, and all edges there pass both.
+TEST(HermiteGrid, ADoubledSkinIsKnown) {
+  TriangleMesh mesh;
+  for (const double inset : {0.0, 0.3}) {
+    const double side = 20.4 - 2 * inset, low = 10.3 + inset;
+    ::relief::testing::append(mesh, ::relief::testing::box({side, side, side}), {low, low, low});
+  }
+  const Skin skin(mesh.positions, mesh.triangles);
+  const auto grid = HermiteGrid::around(skin, {});
+  ASSERT_TRUE(grid);
+  EXPECT_TRUE(grid->has_buried_skin({20.5, 20.5, 10.5}));
+  const std::uint32_t k = grid->crossing_at({20, 20, 10}, 2);
+  ASSERT_NE(k, kNone);
+  EXPECT_NEAR(double(grid->crossings()[k].t), 0.3, 1e-6) << "the outer one";
+  EXPECT_LT(double(grid->crossings()[k].normal.z), -0.99);
+}
+
 // The mean of where the edges of its cell cross the surface, one sheet in a cell.
 TEST_P(GridOf, FollowingTheMiddleVerticesAreMeans) {
   ASSERT_TRUE(grid_);
