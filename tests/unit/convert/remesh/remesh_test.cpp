@@ -319,10 +319,10 @@ TEST(Remesh, WhatIsThinnerThanAVoxelIsReported) {
   EXPECT_EQ(fine.lost, 0);
 }
 
-/// A cube of side 1 with a fin on it, turned off the grid; the fin is 0.2 wide and 0.2 high.
-TriangleMesh finned_cube(double thickness) {
+/// A cube of side 1 with a fin on it, turned off the grid.
+TriangleMesh finned_cube(double thickness, double width = 0.2, double height = 0.2) {
   TriangleMesh source = testing::box({1, 1, 1});
-  append(source, testing::box({0.2, thickness, 0.3}), {0.4, 0.5, 0.9});
+  append(source, testing::box({width, thickness, 0.1 + height}), {0.4, 0.5, 0.9});
   return moved(source, {0.6, -0.4, 1}, 0.4);
 }
 
@@ -345,6 +345,14 @@ TEST(Remesh, AThinFinOnAThickBodyIsKeptByDefault) {
     EXPECT_NEAR(signed_volume(made.mesh), 1 + 0.2 * 0.2 * thickness, 1e-6);
     EXPECT_LT(made.from_skin, 1e-6);
   }
+}
+
+// Below its rim a fin is as thick as it is high or wide, which makes it no less of one.
+TEST(Remesh, ANarrowFinIsKeptByDefault) {
+  const Remeshed made = solid_of(finned_cube(0.012, 0.05, 0.5));
+  EXPECT_NEAR(made.voxel, 0.008, 1e-4);
+  EXPECT_EQ(made.parts, 1U);
+  EXPECT_NEAR(signed_volume(made.mesh), 1 + 0.05 * 0.5 * 0.012, 1e-6);
 }
 
 TEST(Remesh, WhatIsTooThinForTheVoxelsThatAreAllowedCostsNone) {
