@@ -12,7 +12,7 @@ seconds, of large ones 30 for each 1.1 million triangles) is judged, too.
 With --before PROGRAM, an older program converts each model first, in the same run, and the table has both: mode, slabs, hash of the
 content, distances, CPU seconds and memory. --json prints all of it, with the goals, in place of the table.
 With --every, all files of the folders are converted, whatever they are, with the command's own N and n: each must become a model that
-holds or be refused with one sentence, within 30 CPU seconds and 2 GiB.
+holds or be refused with one sentence, within 30 CPU seconds and 2 GiB. The JSON holds these goals and how many files miss one.
 Scans of the list that no folder holds have no row; a sentence below the table names them.
 Exit status: 0 when every model was converted (with --every, or refused) and holds, 1 when one was not or breaks a must (its row says why), 2 wrong usage.
 """
@@ -22,6 +22,7 @@ import json
 import os
 import pathlib
 import platform
+import re
 import signal
 import subprocess
 import sys
@@ -96,6 +97,12 @@ def find_scans(folders):
     return [(name, found[name]) for name in SCANS if name in found]
 
 
+def is_refusal(row):
+    """One line that begins with the program's name and holds one sentence."""
+    text = row.get("error", "")
+    return row["status"] == 1 and text.startswith("relief: ") and "\n" not in text and not re.search(r"[.!?] +[A-Z]", text)
+
+
 def broken_musts(name, row, options):
     """Sentences, one for each must that the row of a model breaks."""
     said = []
@@ -104,8 +111,8 @@ def broken_musts(name, row, options):
         if not holds:
             said.append(what)
     if options.every:
-        refused = row["status"] == 1 and row["error"].startswith("relief: ") and "\n" not in row["error"]
-        must(row["status"] == 0 or refused, f"neither converted nor refused with one sentence, exit status {row['status']}")
+        must(row["status"] == 0 or is_refusal(row), f"neither converted nor refused with one sentence, exit status {row['status']}")
+        must(row.get("verified", True), "converted, but verify does not confirm what the mode claims")
         must(row["cpu_s"] <= EVERY[0], f"{row['cpu_s']:.2f} CPU s, must be {EVERY[0]} at most")
         must(row["peak_mib"] <= EVERY[1], f"{row['peak_mib']:.0f} MiB, must be {EVERY[1]} at most")
         return said
@@ -264,7 +271,10 @@ def write(rows, skipped, options):
     machine = {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count(),
                "load": [round(x, 1) for x in os.getloadavg()]}
     options.out.mkdir(parents=True, exist_ok=True)
-    table = json.dumps({"machine": machine, "rows": rows, "skipped": skipped}, indent=1) + "\n"
+    kept = {"machine": machine, "rows": rows, "skipped": skipped}
+    if options.every:
+        kept |= {"goals": {"cpu_s": EVERY[0], "peak_mib": EVERY[1]}, "missed": sum(1 for row in rows if row["broken_musts"])}
+    table = json.dumps(kept, indent=1) + "\n"
     said = said_skipped(skipped, options.folders)
     text = markdown(rows, options) + (f"\n{said}\n" if said else "")
     (options.out / "table.json").write_text(table, encoding="utf-8")
@@ -277,8 +287,8 @@ def models_of(options, parser):
     if options.every:
         if options.only or options.remesh or not options.folders:
             parser.error("--every takes folders and neither --only nor --remesh")
-        files = [(str(file.relative_to(folder)), file.resolve(), 200)
-                 for folder in options.folders for file in sorted(folder.rglob("*")) if file.is_file()]
+        files = [(str(file.relative_to(folder.parent)), file, 200)
+                 for folder in map(pathlib.Path.resolve, options.folders) for file in sorted(folder.rglob("*")) if file.is_file()]
         if not files:
             parser.error(f"{', '.join(map(str, options.folders))} holds no file")
         return files, []

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Runs the benchmarks and the acceptance tests, and keeps what they measured in bench/results/.
 
-  bench/results.py [PART ...] [--scans FOLDER [--only NAME ...]] [--runs N] [--out FOLDER] [--bin FOLDER]
+  bench/results.py [PART ...] [--scans FOLDER [--only NAME ...]] [--files FOLDER ...] [--runs N] [--out FOLDER] [--bin FOLDER]
 
 PART is one of query, touch, dab, clay, render, paper, convert, safety; without one, all of them. --scans FOLDER adds the parts scans and
-scans-63, conversions of the known scans of a folder, which take half an hour each. Each part becomes one file, PART-MACHINE-DATE.json, which
+scans-63, conversions of the known scans of a folder, which take half an hour each; --files FOLDER ... adds the part files, a conversion
+of every file of the folders. Each part becomes one file, PART-MACHINE-DATE.json, which
 replaces the older ones of the same part and machine. With --runs N each number is the median of N runs.
 
 A file is one object: bench, machine, cpu, cores, memory_gib, load (threads that ran or waited, before and after), date, commit,
@@ -22,6 +23,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
+
+import convert_table
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PERCENTILES = ("p50", "p90", "p99", "p999", "max")
@@ -94,11 +97,41 @@ def conversion_rows(table, resolution):
                "covered_share": made["coverage"]["visible_share"], "verified": row["verified"]}
 
 
+def without_content(sentence):
+    """A refusal without the words of the file that it quotes."""
+    return re.sub(r"'[^']*'(?= is not a number)|(?<=but there is )'[^']*'", "'...'", sentence)
+
+
+def file_rows(table):
+    """A row per file: what became of it and the sentence that says so. Before these, what must hold of all of them."""
+    rows, goals = table["rows"], table["goals"]
+    converted = [row for row in rows if "convert" in row]
+    slowest, largest = (max(rows, key=lambda row: row[key]) for key in ("cpu_s", "peak_mib"))
+    yield {"figure": "files that miss a goal", "value": table["missed"], "unit": "", "at_most": 0, "of": len(rows)}
+    yield {"figure": "neither converted nor refused with one sentence", "unit": "", "at_most": 0, "of": len(rows),
+           "value": sum(1 for row in rows if row["status"] != 0 and not convert_table.is_refusal(row))}
+    yield {"figure": "models that verify does not confirm", "unit": "", "at_most": 0, "of": len(converted),
+           "value": sum(1 for row in converted if not row["verified"])}
+    yield {"figure": "CPU seconds, the slowest file", "value": slowest["cpu_s"], "unit": "s", "at_most": goals["cpu_s"], "of": len(rows),
+           "file": slowest["model"], "p50": statistics.median(row["cpu_s"] for row in rows)}
+    yield {"figure": "memory, the largest file", "value": largest["peak_mib"], "unit": "MiB", "at_most": goals["peak_mib"], "of": len(rows),
+           "file": largest["model"], "p50": statistics.median(row["peak_mib"] for row in rows)}
+    for row in rows:
+        kept = {"file": row["model"], "cpu_s": row["cpu_s"], "wall_s": row["wall_s"], "peak_mib": row["peak_mib"], "missed": row["broken_musts"]}
+        made = row.get("convert")
+        if made is None:
+            yield kept | {"outcome": "refused", "said": without_content(row["error"].split(f"{row['model']}: ", 1)[-1].removeprefix("relief: "))}
+            continue
+        yield kept | {"outcome": made["mode"], "said": made["verdict"], "verify_said": row["verify"].get("verdict", row.get("error")),
+                      "triangles": row["triangles"], "slabs": made["slabs"], "covered_share": made["coverage"]["visible_share"],
+                      "bound": max(made["distance"]["to_source"]["max"], made["coverage"]["farthest"]), "verified": row["verified"]}
+
+
 class Bench:
     """Where the programs are, and how each part is run."""
 
-    def __init__(self, programs, scans, only):
-        self.programs, self.scans, self.only = programs, scans, only
+    def __init__(self, programs, scans, only, files):
+        self.programs, self.scans, self.only, self.files = programs, scans, only, files
 
     def json_of(self, part):
         text = self.run([self.programs / "relief-bench", part, "--json"], (0,)).stdout
@@ -143,6 +176,8 @@ class Bench:
         if self.scans:
             parts["scans"] = ("./dev bench table SCANS --per-slab", lambda: self.of_scans("per slab", "--per-slab"))
             parts["scans-63"] = ("./dev bench table SCANS", lambda: self.of_scans(63))
+        if self.files:
+            parts["files"] = ("./dev bench table FOLDER ... --every", lambda: list(file_rows(self.table(*self.files, "--every"))))
         return parts
 
 
@@ -220,14 +255,16 @@ def main(arguments):
     parser.add_argument("wanted", metavar="PART", nargs="*", help="query, touch, dab, clay, render, paper, convert, safety (default: all)")
     parser.add_argument("--scans", type=pathlib.Path, metavar="FOLDER", help="also convert the known scans of a folder")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="with --scans: these scans only")
+    parser.add_argument("--files", type=pathlib.Path, nargs="+", metavar="FOLDER", help="also convert every file of these folders")
     parser.add_argument("--runs", type=int, default=1, metavar="N", help="runs of each part; numbers are medians (default 1)")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "bench/results", help="folder of the results")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", help="folder of the programs")
     options = parser.parse_args(arguments)
-    parts = Bench(options.bin.resolve(), options.scans and options.scans.resolve(), options.only).parts()
+    parts = Bench(options.bin.resolve(), options.scans and options.scans.resolve(), options.only,
+                  [folder.resolve() for folder in options.files or []]).parts()
     for part in options.wanted:
         if part not in parts:
-            parser.error(f"{part}: there are {', '.join(parts)}; scans need --scans FOLDER")
+            parser.error(f"{part}: there are {', '.join(parts)}; scans need --scans FOLDER, files --files FOLDER")
     if options.runs < 1:
         parser.error(f"--runs: {options.runs} is less than 1")
     options.out.mkdir(parents=True, exist_ok=True)

@@ -250,6 +250,48 @@ def by_resolution(n):
     return table
 
 
+def file_figures(rows):
+    return grid(["of all files", "value", "of", "median", "target"],
+                ([row["figure"] + (f": `{row['file']}`" if "file" in row else ""), with_unit(row["value"], row["unit"]), number(row["of"]),
+                  at(row, "p50"), target(row)] for row in rows if "figure" in row))
+
+
+def outcomes(rows):
+    """A row per folder of files."""
+    folders = {}
+    for row in rows:
+        if "file" in row and "outcome" in row:
+            folders.setdefault(row["file"].rsplit("/", 1)[0], []).append(row)
+    def cells(of):
+        found = [row["outcome"] for row in of]
+        return [number(len(of)), *(number(found.count(what)) for what in ("certified", "tolerant", "refused")),
+                number(max(row["cpu_s"] for row in of)), number(max(row["peak_mib"] for row in of)), number(sum(1 for row in of if row["missed"]))]
+    return grid(["folder", "files", "certified", "tolerant", "refused", "CPU s, the most", "MiB, the most", "miss a goal"],
+                ([f"`{folder}`", *cells(of)] for folder, of in folders.items()))
+
+
+def solids(rows):
+    shown = [row for row in rows if "outcome" in row and "/solids/" in row["file"]]
+    return grid(["solid", "triangles", "slabs (target)", "mode", "CPU s (wall)", "MiB", "bound", "covered", "`verify --source`"],
+                ([row["file"].rsplit("/", 1)[1].rsplit(".", 1)[0], number(row["triangles"]), f"{number(row['slabs'])} (200)", row["outcome"],
+                  f"{number(row['cpu_s'])} ({number(row['wall_s'])})", number(row["peak_mib"]), number(row["bound"]),
+                  f"{100 * row['covered_share']:.4g} %", row["verify_said"]] if row["outcome"] != "refused" else
+                 [row["file"].rsplit("/", 1)[1], "", "", "refused", number(row["cpu_s"]), number(row["peak_mib"]), "", "", row["said"]] for row in shown))
+
+
+def told_of_files(rows):
+    """What was said of each file that has no certificate; of a verdict its first part, the reason."""
+    def text(row):
+        return (row["said"] if row["outcome"] == "refused" else row["said"].split(";")[0]).replace("|", "\\|")
+    same = {}  # files of a folder of which the same is said
+    for row in rows:
+        if row.get("outcome") in ("tolerant", "refused"):
+            same.setdefault((row["file"].rsplit("/", 1)[0], row["outcome"], text(row)), []).append(row["file"])
+    return grid(["file", "outcome", "said"],
+                ([f"`{files[0]}`" if len(files) == 1 else f"{len(files)} files of `{folder}`", outcome, said]
+                 for (folder, outcome, said), files in same.items()))
+
+
 def safety(rows):
     """The worst figure of each test and threshold."""
     groups = {}
@@ -276,6 +318,7 @@ TABLES = {
     "clay": ("clay", clay), "clay-detail": ("clay", clay_detail), "clay-readers": ("clay", clay_readers), "rims": ("clay", rims),
     "samples": ("convert", by_resolution("per slab")), "samples-63": ("convert", by_resolution(63)),
     "scans": ("scans", by_resolution("per slab")), "scans-63": ("scans-63", by_resolution(63)),
+    "files": ("files", file_figures), "outcomes": ("files", outcomes), "solids": ("files", solids), "told": ("files", told_of_files),
     "safety": ("safety", safety),
 }
 

@@ -171,6 +171,10 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                       {"crumbs", r.remesh->crumbs},   {"lost", r.remesh->lost},
                       {"to_skin", r.remesh->to_skin}, {"from_skin", r.remesh->from_skin},
                       {"smooth", r.remesh->is_smooth}};
+  if (r.remesh && r.remesh->lost > 0) {
+    const Vec3d near = r.remesh->lost_near;
+    json["remesh"]["lost_near"] = {near.x, near.y, near.z};
+  }
   if (r.skin)
     json["skin"] = {{"dropped", r.skin->dropped},   {"open_parts", r.skin->open_parts},
                     {"cut", r.skin->cut},           {"coincident", r.skin->coincident},

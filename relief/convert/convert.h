@@ -130,7 +130,8 @@ struct ConvertReport {
     double voxel = 0;        ///< its edge, share of the diagonal
     std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
     std::size_t crumbs = 0;  ///< parts of a few voxels, left out
-    double lost = 0;         ///< share of the area of the solid's skin that is a voxel away or more
+    double lost = 0;         ///< share of the area of the solid's skin that is a voxel away or more: thinner than one
+    Vec3d lost_near = {};    ///< the place of it that is farthest away, model units
     /// greatest distances between the two, share of the diagonal
     double to_skin = 0, from_skin = 0;
     bool is_smooth = false;  ///< the sharp edges of the source were given up

@@ -312,6 +312,7 @@ Status remesh_source(TriangleMesh& mended, double share, Follow follow, const St
                    .sheets = made.sheets,
                    .crumbs = made.crumbs,
                    .lost = made.lost,
+                   .lost_near = made.lost_at,
                    .to_skin = made.to_skin / across,
                    .from_skin = made.from_skin / across,
                    .is_smooth = follow == Follow::Middle};

@@ -91,6 +91,9 @@ std::string given_up(const ConvertReport& report, const ModelInfo& info) {
   if (report.remesh)
     add(text, "it stands on a solid rebuilt with voxels of " + distance(report.remesh->voxel, info) +
                   (report.remesh->is_smooth ? ", without sharp edges" : ""));
+  if (report.remesh && report.remesh->lost > 0)
+    add(text, "lost, as it is thinner than a voxel: " + percent(report.remesh->lost) +
+                  " of the solid's skin, as near " + place_in(report.remesh->lost_near, info));
   const std::size_t missing = report.fibres_cast - report.hits_single - report.hits_several;
   if (info.mode == Mode::Tolerant && report.hits_several > 0)
     add(text, percent(double(report.hits_several) / double(report.fibres_cast)) +
@@ -139,7 +142,7 @@ namespace {
 /// tolerant only because it is not of the source.
 std::string remedy_of_tolerant(const ConvertReport& report) {
   if (!report.remesh) return "--remesh, which rebuilds the source as a solid, may lead to a certificate";
-  return "smaller voxels keep more of the source: --remesh " + rounded(report.remesh->voxel / 2);
+  return "smaller voxels keep more of the source: --remesh=" + rounded(report.remesh->voxel / 2);
 }
 
 }  // namespace

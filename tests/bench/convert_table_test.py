@@ -10,7 +10,10 @@ import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parent.parent.parent / "bench" / "convert_table.py"
 sys.path.insert(0, str(SCRIPT.parent))
+sys.path.insert(0, str(SCRIPT.parent.parent / "tools"))
 import convert_table  # noqa: E402
+import result_tables  # noqa: E402
+import results  # noqa: E402
 
 
 def table(*arguments):
@@ -130,6 +133,9 @@ sys.exit(run.returncode)
         status, (refused, converted) = rows((60, 2**31))
         self.assertEqual((status, refused["status"], converted["status"], converted["verified"]), (0, 1, 0, True))
         self.assertIn("no_mesh.txt", refused["error"])
+        self.assertEqual([row["model"] for row in (refused, converted)], ["scans/no_mesh.txt", "scans/tetrahedron.off"])
+        kept = json.loads((self.folder / "out/table.json").read_text())
+        self.assertEqual((kept["goals"], kept["missed"]), ({"cpu_s": 60, "peak_mib": 2**31}, 0))
         for every, what in (((0, 2**31), "CPU s, must be 0 at most"), ((60, 1), "MiB, must be 1 at most")):
             status, both = rows(every)
             self.assertEqual(status, 1)
@@ -142,6 +148,54 @@ sys.exit(run.returncode)
             status, both = rows((60, 2**31), broken)
             self.assertEqual(status, 1)
             self.assertTrue(all("neither converted nor refused" in row["broken_musts"][0] for row in both))
+            self.assertEqual(json.loads((self.folder / "out/table.json").read_text())["missed"], 2)
+
+    def test_a_refusal_is_one_line_of_one_sentence(self):
+        def is_refusal(error, status=1):
+            return convert_table.is_refusal({"status": status, "error": error})
+        self.assertTrue(is_refusal("relief: a.ply: holds no faces; export it again"))
+        self.assertTrue(is_refusal("relief: a.obj: line 11: '3.1+e2' is not a number"))
+        self.assertFalse(is_refusal("relief: a.ply: holds no faces. Export it again"))
+        self.assertFalse(is_refusal("relief: a.ply: holds no faces\nexport it again"))
+        self.assertFalse(is_refusal("holds no faces"))
+        self.assertFalse(is_refusal("relief: a.ply: holds no faces", -11))
+
+    def test_a_model_that_verify_does_not_confirm_misses_a_goal(self):
+        (self.folder / "scans").mkdir()
+        (self.folder / "scans/tetrahedron.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
+        doubting = self.folder / "relief"
+        doubting.write_text(f"""#!/bin/sh
+[ "$1" = verify ] && echo 'relief: it does not hold' >&2 && exit 1
+exec '{os.environ["RELIEF_BIN"]}' "$@"
+""")
+        doubting.chmod(0o755)
+        run = subprocess.run([sys.executable, str(SCRIPT), str(self.folder / "scans"), "--every", "--bin", str(doubting), "--json",
+                              "--out", str(self.folder / "out")], capture_output=True, text=True, timeout=250, check=False)
+        self.assertEqual(run.returncode, 1)
+        said = json.loads(run.stdout)
+        self.assertEqual(said["missed"], 1)
+        self.assertIn("verify does not confirm", said["rows"][0]["broken_musts"][0])
+
+    def test_the_kept_rows_say_what_became_of_each_file(self):
+        (self.folder / "scans/solids").mkdir(parents=True)
+        (self.folder / "scans/solids/ball.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
+        (self.folder / "scans/no_mesh.txt").write_text("no mesh\n")
+        run = table(self.folder / "scans", "--every", "--out", self.folder / "out")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        rows = list(results.file_rows(json.loads((self.folder / "out/table.json").read_text())))
+        figures = {row["figure"]: row for row in rows if "figure" in row}
+        self.assertEqual([row["value"] for row in rows[:3]], [0, 0, 0])
+        self.assertEqual((figures["memory, the largest file"]["at_most"], figures["CPU seconds, the slowest file"]["at_most"]), (2048, 30))
+        refused, converted = rows[len(figures):]
+        self.assertEqual((refused["file"], refused["outcome"]), ("scans/no_mesh.txt", "refused"))
+        self.assertFalse(refused["said"].startswith(("relief", "/")), refused["said"])
+        self.assertEqual((converted["file"], converted["outcome"], converted["verified"]), ("scans/solids/ball.off", "certified", True))
+        self.assertTrue(converted["said"].startswith("Certified; within "))
+        self.assertLess(converted["bound"], 0.01)
+        self.assertIn("all that certified mode claims holds", "\n".join(result_tables.solids(rows)))
+        self.assertIn("| `scans` | 1 | 0 | 0 | 1 |", "\n".join(result_tables.outcomes(rows)))
+        self.assertEqual(results.without_content("line 11: '3.1+e2' is not a number"), "line 11: '...' is not a number")
+        self.assertIn("| `scans/no_mesh.txt` | refused |", "\n".join(result_tables.told_of_files(rows)))
 
     def test_wrong_usage_is_2(self):
         self.assertEqual(table("--every").returncode, 2)

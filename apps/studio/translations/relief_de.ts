@@ -749,6 +749,10 @@
             <numerusform>%n Punkte um höchstens %1 verschoben</numerusform>
         </translation>
     </message>
+    <message>
+        <source>%1 % of that solid is thinner than a voxel and is missing.</source>
+        <translation>%1 % dieses Körpers sind dünner als ein Voxel und fehlen.</translation>
+    </message>
 </context>
 <context>
     <name>Samples</name>

@@ -8,9 +8,10 @@
 namespace relief::detail {
 namespace {
 
-constexpr double kSame = 1e-7;    // voxels: hits so near to each other are one, as on the edge of two triangles
-constexpr double kOnSkin = 1e-4;  // voxels: a crossing so near to the skin is one with it
-constexpr int kBisections = 24;   // to the precision of a float
+constexpr double kSame = 1e-7;      // voxels: hits so near to each other are one, as on the edge of two triangles
+constexpr float kAtCorner = 1e-6F;  // voxels: a hit so near to a corner of the grid may lie on either side of it
+constexpr double kOnSkin = 1e-4;    // voxels: a crossing so near to the skin is one with it
+constexpr int kBisections = 24;     // to the precision of a float
 
 bool is_mixed(unsigned inside) noexcept { return inside != 0 && inside != 255; }
 
@@ -123,12 +124,17 @@ std::uint32_t HermiteGrid::index_of(Voxel v, unsigned list) const noexcept {
 void HermiteGrid::want_cells_at_hits() {
   std::uint64_t last = ~std::uint64_t{0};
   for (const Hit& hit : hits_) {
-    if (hit.edge == last) continue;
-    last = hit.edge;
     constexpr std::uint64_t kMask = (1U << 20U) - 1;
     const auto axis = static_cast<unsigned>(hit.edge & 3U);
     const Voxel low = {static_cast<std::int32_t>(hit.edge >> 2U & kMask),
                        static_cast<std::int32_t>(hit.edge >> 22U & kMask), static_cast<std::int32_t>(hit.edge >> 42U)};
+    // On a corner of the grid it may be a hit of either edge: no sign passes one or the other.
+    if (hit.t < kAtCorner || hit.t > 1 - kAtCorner) {
+      const Voxel beside = beyond(low, axis, hit.t < kAtCorner ? 0 : 1);
+      block_with(beside).hit[axis].set(within(beside));
+    }
+    if (hit.edge == last) continue;
+    last = hit.edge;
     block_with(low).hit[axis].set(within(low));
     Voxel from = low - Voxel{1, 1, 1}, to = low + Voxel{1, 1, 1};
     from[axis] = low[axis];

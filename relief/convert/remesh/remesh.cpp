@@ -13,15 +13,20 @@
 #include <relief/convert/support/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <optional>
 
 namespace relief::detail {
 namespace {
 
-/// Voxels on the surface: the default goes no further than the first, beyond which slabs for it take half a minute, and
-/// a given size no further than the second (about a gigabyte while it is made).
+/// Voxels on the surface: the default goes no further than the first, beyond which slabs for it take half a minute; no
+/// further than the second where parts would be lost, as thin fins; and a given size no further than the third (about
+/// a gigabyte while it is made).
 constexpr double kManyVoxels = 100'000;
+constexpr double kForThinParts = 300'000;
 constexpr double kMostVoxels = 2'000'000;
 constexpr double kCoarsest = 1.0 / 150;  ///< default voxel, share of the diagonal
 constexpr double kPerWall = 1.5;     ///< voxels in a thin wall: from one on, no corner of the grid can fail to see it
@@ -100,6 +105,76 @@ double thin_wall(const Skin& skin, double most) {
   return *thin;
 }
 
+/// Returns how thick the solid is below a place of its skin, in voxels, at most `most`. Skin that lies within does not
+/// end it.
+double thickness_below(const Skin& skin, const SkinSample& sample, double most) {
+  constexpr double kBelow = 1e-3;  // voxels
+  double way = kBelow;
+  while (way < most) {
+    way += skin.way_out(sample.at - sample.normal * way, -sample.normal, most - way) + kBelow;
+    if (!skin.is_inside(sample.at - sample.normal * (way + kBelow))) break;
+  }
+  return std::min(way, most);
+}
+
+/// Returns which of some places have one of others within `reach`.
+std::vector<std::uint8_t> find_near(std::span<const Vec3d> places, std::span<const Vec3d> others, double reach) {
+  const auto cell_of = [&](Vec3d p) {
+    return std::array{std::floor(p.x / reach), std::floor(p.y / reach), std::floor(p.z / reach)};
+  };
+  std::map<std::array<double, 3>, std::vector<Vec3d>> cells;
+  for (const Vec3d p : others) cells[cell_of(p)].push_back(p);
+  std::vector<std::uint8_t> is_near(places.size(), 0);
+  for (std::size_t k = 0; k < places.size(); ++k)
+    for (int around = 0; around < 27 && is_near[k] == 0; ++around) {
+      const auto [x, y, z] = cell_of(places[k]);
+      const auto found = cells.find({x + around % 3 - 1, y + around / 3 % 3 - 1, z + around / 9 - 1});
+      if (found == cells.end()) continue;
+      is_near[k] = std::ranges::any_of(found->second, [&](Vec3d p) { return length(p - places[k]) <= reach; }) ? 1 : 0;
+    }
+  return is_near;
+}
+
+/// Returns whether a ball of a diameter fits into the solid at a place of its skin: else it lies on a fin, on its rim,
+/// or beside an edge.
+bool holds_a_ball(const Skin& skin, const SkinSample& sample, double diameter) {
+  constexpr double kAlmost = 0.9;  // beside noise
+  return skin.nearest(sample.at - sample.normal * (diameter / 2)).distance >= kAlmost * diameter / 2;
+}
+
+/// Returns the thickness in voxels of the thinnest part that is at least `least` thick and reaches far out of what is
+/// `most` thick: a fin, not the tip of a wedge, nor an accident of one place. Nothing where there is none.
+std::optional<double> thin_part(const Skin& skin, double least, double most) {
+  constexpr std::size_t kSamples = 20'000;
+  constexpr double kFar = 2;          // of `most`, or spacings of the samples: what is nearer grows out of what stays
+  constexpr std::size_t kPlaces = 3;  // of a part
+  const std::vector<SkinSample> samples = spread_over_all(skin, kSamples);
+  std::vector<double> thickness(samples.size());  // 0: neither
+  for_all(samples.size(), 64, {}, [&](std::size_t k) {
+    thickness[k] = thickness_below(skin, samples[k], most);
+    const bool counts = thickness[k] < most ? samples[k].outer : holds_a_ball(skin, samples[k], most);
+    if (!counts) thickness[k] = 0;
+  });
+  std::vector<Vec3d> thin, thick;
+  std::vector<double> of_thin;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (thickness[k] >= most) {
+      thick.push_back(samples[k].at);
+    } else if (thickness[k] >= least) {
+      thin.push_back(samples[k].at);
+      of_thin.push_back(thickness[k]);
+    }
+  }
+  const double spacing = std::sqrt(area_of(skin.points(), skin.triangles()) / double(kSamples));
+  const std::vector<std::uint8_t> is_near = find_near(thin, thick, kFar * std::max(most, spacing));
+  std::vector<double> far_out;
+  for (std::size_t k = 0; k < thin.size(); ++k)
+    if (is_near[k] == 0) far_out.push_back(of_thin[k]);
+  if (far_out.size() < kPlaces) return std::nullopt;
+  std::ranges::nth_element(far_out, far_out.begin() + (kPlaces - 1));
+  return far_out[kPlaces - 1];
+}
+
 /// Holds the source in voxels, its sheets made thick.
 struct Grown {
   std::unique_ptr<Skin> skin;
@@ -154,7 +229,7 @@ void measure_undecided(const Skin& skin, Vec3d origin, double voxel, Remeshed& r
 }
 
 /// What is known of the vertices that are still named, and the share of them on the skin.
-void measure(const FittedMesh& mesh, const Skin& skin, double voxel, Remeshed& result) {
+void measure(const FittedMesh& mesh, const Skin& skin, Vec3d origin, double voxel, Remeshed& result) {
   constexpr std::size_t kSamples = 20'000;
   std::vector<std::uint8_t> named(mesh.positions.size(), 0);
   for (const Triangle& t : mesh.triangles)
@@ -174,7 +249,9 @@ void measure(const FittedMesh& mesh, const Skin& skin, double voxel, Remeshed& r
   const Skin made(mesh.positions, mesh.triangles);
   for_all(samples.size(), 64, {}, [&](std::size_t k) { distance[k] = made.nearest(samples[k].at).distance; });
   if (samples.empty()) return;
-  result.from_skin = *std::ranges::max_element(distance) * voxel;
+  const auto most = std::ranges::max_element(distance);
+  result.from_skin = *most * voxel;
+  result.lost_at = origin + samples[static_cast<std::size_t>(most - distance.begin())].at * voxel;
   result.lost = double(std::ranges::count_if(distance, [](double d) { return d >= 1; })) / double(distance.size());
 }
 
@@ -214,8 +291,14 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
     // Walls want finer ones, and the two sides of sheets so few that both count.
     const double wanted = voxel * thin_wall(*grown.skin, kPerWall) / kPerWall;
     const double in_voxels = area_of(grown.skin->points(), grown.skin->triangles());
-    const double chosen = std::max({wanted, finest, voxel * std::sqrt(in_voxels / kManyVoxels)});
-    if (wanted < voxel || chosen > voxel) {
+    double chosen = std::max({wanted, finest, voxel * std::sqrt(in_voxels / kManyVoxels)});
+    // Parts that would be lost want the finest that they need, as far as the voxels go.
+    const double least = std::max(finest, voxel * std::sqrt(in_voxels / kForThinParts));
+    if (least < chosen) {
+      const auto thin = thin_part(*grown.skin, kPerWall * least / voxel, kPerWall * chosen / voxel);
+      if (thin) chosen = voxel * *thin / kPerWall;
+    }
+    if (chosen != voxel) {
       voxel = chosen;
       grown = grow(source, origin(), voxel);
     }
@@ -243,7 +326,7 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
   result.crumbs = drop_crumbs(mesh.triangles, parts);
   if (mesh.triangles.empty()) return nothing_as_large_as_voxels();
   progress("remesh", kCreased);
-  measure(mesh, skin, voxel, result);
+  measure(mesh, skin, origin(), voxel, result);
   if (progress.cancelled()) return cancelled(Work::Remesh);
   result.mesh = to_model(mesh, origin(), voxel);
   result.mesh.unit = source.unit;

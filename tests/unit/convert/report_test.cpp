@@ -93,6 +93,18 @@ TEST(Verdict, SaysTheModeTheDistanceAndWhatWasRemovedPatchedAndMoved) {
             "edges");
 }
 
+TEST(Verdict, SaysWhatIsThinnerThanTheVoxels) {
+  ConvertReport report;
+  report.remesh = {.voxel = 0.02, .lost = 0.013, .lost_near = {4, 5, 6}};
+  const ModelInfo info{.mode = Mode::Certified, .unit = Unit::Metre, .source = {}, .source_diagonal = 2};
+  EXPECT_TRUE(verdict(report, info)
+                  .ends_with("it stands on a solid rebuilt with voxels of 0.04 m; lost, as it is thinner "
+                             "than a voxel: 1.3 % of the solid's skin, as near (4, 5, 6)"))
+      << verdict(report, info);
+  report.remesh->lost = 0;
+  EXPECT_TRUE(verdict(report, info).ends_with("voxels of 0.04 m")) << verdict(report, info);
+}
+
 TEST(Verdict, NamesTheReasonForTolerant) {
   ConvertReport report;
   report.slabs_asked = 60;
@@ -154,11 +166,11 @@ TEST(Notes, ATolerantResultThatNobodyAskedForNamesARemedy) {
   ConvertReport report;
   EXPECT_NE(notes_with(report, for_slabs(200), Mode::Tolerant).find("--remesh, which"), std::string::npos);
   report.remesh = {.voxel = 0.01};
-  EXPECT_NE(notes_with(report, for_slabs(200), Mode::Tolerant).find("--remesh 0.005"), std::string::npos);
-  EXPECT_EQ(notes_with(report, for_slabs(200), Mode::Certified).find("--remesh 0."), std::string::npos);
+  EXPECT_NE(notes_with(report, for_slabs(200), Mode::Tolerant).find("--remesh=0.005"), std::string::npos);
+  EXPECT_EQ(notes_with(report, for_slabs(200), Mode::Certified).find("--remesh=0."), std::string::npos);
   ConvertSettings tolerant = for_slabs(200);
   tolerant.mode = Mode::Tolerant;
-  EXPECT_EQ(notes_with(report, tolerant, Mode::Tolerant).find("--remesh 0."), std::string::npos);
+  EXPECT_EQ(notes_with(report, tolerant, Mode::Tolerant).find("--remesh=0."), std::string::npos);
 }
 
 TEST(Notes, SheetsAlongEachOtherNameARemeshUnlessItWasDone) {

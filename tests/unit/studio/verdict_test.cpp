@@ -33,7 +33,7 @@ TEST(Verdict, SaysTheDistanceOfWhatCanBeSeenAndThatNothingWent) {
 TEST(Verdict, SaysWhatIsMissingRebuiltLeftOutAndMoved) {
   ConvertReport report = whole();
   report.coverage.share = 0.97;
-  report.remesh = ConvertReport::Remesh{.voxel = 5e-3};
+  report.remesh = ConvertReport::Remesh{.voxel = 5e-3, .lost = 0.02};
   report.strays.components = 2;
   report.skin.emplace().dropped = 12;
   report.moved_vertices = 3;
@@ -41,9 +41,10 @@ TEST(Verdict, SaysWhatIsMissingRebuiltLeftOutAndMoved) {
   report.hits_single = 900;
   report.hits_several = 100;
   const QString said = lines(report, Mode::Tolerant);
-  for (const char* what : {"3 % of what can be seen of the scan is missing.", "voxels of 0.500 mm", "not close enough",
-                           "10 % of the surface lies over itself", "2 component(s) far off", "12 triangle(s) inside",
-                           "3 point(s) moved by at most 0.0100 mm"})
+  for (const char* what :
+       {"3 % of what can be seen of the scan is missing.", "voxels of 0.500 mm",
+        "2 % of that solid is thinner than a voxel", "not close enough", "10 % of the surface lies over itself",
+        "2 component(s) far off", "12 triangle(s) inside", "3 point(s) moved by at most 0.0100 mm"})
     EXPECT_TRUE(said.contains(QLatin1String(what))) << what << "\n" << said.toStdString();
   EXPECT_FALSE(said.contains(QStringLiteral("Nothing was removed")));
 }

@@ -319,6 +319,66 @@ TEST(Remesh, WhatIsThinnerThanAVoxelIsReported) {
   EXPECT_EQ(fine.lost, 0);
 }
 
+/// A cube of side 1 with a fin on it, turned off the grid.
+TriangleMesh finned_cube(double thickness, double width = 0.2, double height = 0.2) {
+  TriangleMesh source = testing::box({1, 1, 1});
+  append(source, testing::box({width, thickness, 0.1 + height}), {0.4, 0.5, 0.9});
+  return moved(source, {0.6, -0.4, 1}, 0.4);
+}
+
+// One voxel for all of a solid follows its thin parts, of however little area, as far as voxels go.
+TEST(Remesh, AThinFinOnAThickBodyIsKeptByDefault) {
+  for (const double thickness : {0.012, 0.008}) {
+    const TriangleMesh source = finned_cube(thickness);
+    // The voxel that the cube alone gets tears the fin.
+    const double coarse = diagonal(bounds(source)) / 150;
+    ASSERT_GT(coarse, thickness);
+    const Remeshed torn = solid_of(source, coarse);
+    EXPECT_GT(torn.crumbs + torn.parts, 1U) << thickness;
+
+    const Remeshed made = solid_of(source);
+    EXPECT_NEAR(made.voxel, thickness / 1.5, 0.01 * thickness);
+    EXPECT_TRUE(is_closed(made.mesh));
+    EXPECT_EQ(made.parts, 1U);
+    EXPECT_EQ(made.crumbs, 0U);
+    EXPECT_EQ(made.lost, 0);
+    EXPECT_NEAR(signed_volume(made.mesh), 1 + 0.2 * 0.2 * thickness, 1e-6);
+    EXPECT_LT(made.from_skin, 1e-6);
+  }
+}
+
+// Below its rim a fin is as thick as it is high or wide, which makes it no less of one.
+TEST(Remesh, ANarrowFinIsKeptByDefault) {
+  const Remeshed made = solid_of(finned_cube(0.012, 0.05, 0.5));
+  EXPECT_NEAR(made.voxel, 0.008, 1e-4);
+  EXPECT_EQ(made.parts, 1U);
+  EXPECT_NEAR(signed_volume(made.mesh), 1 + 0.05 * 0.5 * 0.012, 1e-6);
+}
+
+TEST(Remesh, WhatIsTooThinForTheVoxelsThatAreAllowedCostsNone) {
+  // Three hundred thousand voxels on a cube's faces have an edge of 0.0045, a fin of 0.003 wants 0.002.
+  const TriangleMesh source = finned_cube(0.003);
+  const Remeshed made = solid_of(source);
+  EXPECT_NEAR(made.voxel, solid_of(moved(testing::box({1, 1, 1}), {0.6, -0.4, 1}, 0.4)).voxel, 0.1 * made.voxel);
+  EXPECT_GT(made.lost, 0.005);
+  // The place that is told is one of the fin.
+  const Quatd back = {std::cos(0.2), normalized(Vec3d{0.6, -0.4, 1}).x * -std::sin(0.2),
+                      normalized(Vec3d{0.6, -0.4, 1}).y * -std::sin(0.2),
+                      normalized(Vec3d{0.6, -0.4, 1}).z * -std::sin(0.2)};
+  const Vec3d at = back.turn(made.lost_at);
+  EXPECT_NEAR(at.y, 0.5015, 0.0016);
+  EXPECT_GT(at.z, 1 + made.voxel / 2);
+}
+
+TEST(Remesh, EdgesOfWedgesAndThickBodiesGetNoFinerVoxels) {
+  const TriangleMesh cube = testing::box({1, 1, 1});
+  EXPECT_DOUBLE_EQ(solid_of(cube).voxel, diagonal(bounds(cube)) / 150);
+  TriangleMesh wedge = cube;  // its upper faces meet at 45 degrees
+  for (Vec3d& p : wedge.positions)
+    if (p.z == 1) p.x = 0;
+  EXPECT_DOUBLE_EQ(solid_of(wedge).voxel, diagonal(bounds(wedge)) / 150);
+}
+
 // Sheets are made two voxels thick: the voxels that are wanted at most are those on both sides.
 TEST(Remesh, ByDefaultTheSurfaceHasAHundredThousandVoxels) {
   TriangleMesh sheets;
