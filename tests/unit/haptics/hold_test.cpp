@@ -292,6 +292,7 @@ TEST_P(HoldOnScans, PushesOutwardsWhereverAGodObjectDoesNotRollOff) {
     EXPECT_EQ(done.lost + done.wrong, 0);
     EXPECT_EQ(done_exact.lost + done_exact.wrong, 0);
     EXPECT_EQ(rolled.flips, 0) << "what rolls off goes round step by step";
+    EXPECT_LT(std::max(done.step, done_exact.step), 0.06) << "N; 4 % of the diagonal in and out";
     if (!kShares) continue;
     EXPECT_LE(rolling, 0.02 * kPresses);
   }
