@@ -16,7 +16,7 @@ constexpr double kFar = 1;
 constexpr double kTick = 500;
 /// Percent of all ticks: one in a thousand, which the hand does not feel.
 constexpr double kMissed = 0.1;
-/// ms held by a place that is far from the nearest, a tenth of a second: round an edge contact comes within 60 (S23).
+/// ms at all that the hand can pull with, a tenth of a second: a hand that is held back pulls until it comes free.
 constexpr double kStuck = 100;
 /// Percent of the painted places that may be covered by what was painted later.
 constexpr double kUnseen = 10;
@@ -102,9 +102,8 @@ Claim stuck(const Facts& f) {
           .value = 1e3 * f.stuck_for,
           .limit = kStuck,
           .unit = "ms",
-          .measured =
-              fmt::format("held by a place 1.5 times as far as the nearest for at most {:.0f} ms", 1e3 * f.stuck_for),
-          .why = "the contact point stayed behind while the tool went on"};
+          .measured = fmt::format("it pulled with all its force for at most {:.0f} ms", 1e3 * f.stuck_for),
+          .why = "the tool was held back while the hand went on"};
 }
 
 /// A claim that two content hashes are equal.

@@ -40,7 +40,7 @@ struct Facts {
   std::uint64_t null_ticks = 0, null_missed = 0;  ///< the same of a loop beside it that does nothing
   std::uint64_t slow_ticks = 0;                   ///< whose own CPU time was 1 ms or more
   double force_max = 0, force_limit = 0;          ///< N; the greatest, and that of the device
-  double stuck_for = 0;                           ///< s, longest_held_back()
+  double stuck_for = 0;                           ///< s, the longest time at all that the hand can pull with
   std::uint64_t strokes = 0;
   bool undo_equal = false, redo_equal = false;  ///< content hashes after all strokes were undone, and done again
   bool reload_equal = false;                    ///< content hash of the file read back

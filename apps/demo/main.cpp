@@ -3,7 +3,6 @@
 #include "certificate.h"
 #include "claims.h"
 #include "face.h"
-#include "held_back.h"
 #include "report.h"
 
 #include <relief/base/cpu_time.h>
@@ -36,6 +35,9 @@
 namespace relief::demo {
 
 namespace {
+
+constexpr double kHandForce = 4;  // N that the simulated hand pulls with at most: less than the device gives
+constexpr double kAll = 0.95;     // share of it that counts as all
 
 std::atomic<bool> cancel_asked{false};
 void on_signal(int signal) {
@@ -330,7 +332,7 @@ class Demo {
     for (const Brush& brush : performance.brushes) report_.tools.push_back(brush.tool);
     facts_.force_limit = preset.info.max_force;
     auto done = std::make_shared<std::atomic<bool>>(false);
-    SimulatedHand hand(preset, {.stiffness = 800, .damping = 8, .max_force = 4}, script_of(performance, done));
+    SimulatedHand hand(preset, {.stiffness = 800, .damping = 8, .max_force = kHandForce}, script_of(performance, done));
 
     Session::Settings settings;
     settings.servo.workspace = workspace;
@@ -357,7 +359,7 @@ class Demo {
     RELIEF_CHECK(drawn);
     RELIEF_CHECK(stopped);
     RELIEF_CHECK(saved);
-    measure_forces(*head);
+    measure_forces();
     const SessionStats& stats = report_.stats = session.stats();
     facts_.tick_p99 = 1e-3 * static_cast<double>(stats.servo.compute.quantile(0.99));
     facts_.ticks = stats.servo.ticks;
@@ -383,10 +385,16 @@ class Demo {
     return count;
   }
 
-  /// The greatest force, and how long contact held the hand back.
-  void measure_forces(const Snapshot& before) {
-    for (const ServoSample& s : report_.trace) report_.force_max = std::max(report_.force_max, length(s.force));
-    report_.stuck_for = longest_held_back(report_.trace, before, *made_);
+  /// The greatest force, and how long it was all that the hand can pull with.
+  void measure_forces() {
+    double since = 0;
+    bool pulls = false;
+    for (const ServoSample& s : report_.trace) {
+      const double force = length(s.force);
+      report_.force_max = std::max(report_.force_max, force);
+      if (!std::exchange(pulls, force > kAll * kHandForce)) since = s.t;
+      if (pulls) report_.stuck_for = std::max(report_.stuck_for, s.t - since);
+    }
   }
 
   void undo_and_redo(Document& document, std::uint64_t untouched) {

@@ -201,8 +201,7 @@ std::string details(const Report& r) {
           times_row("CPU per dab with undo and publishing", r.edits.dab_time) + "</table><table>";
   html += row("ticks / missed / not recorded",
               fmt::format("{} / {} / {}", s.servo.ticks, s.servo.overruns, s.servo.dropped));
-  html +=
-      row("longest time held by a place 1.5 times as far as the nearest", fmt::format("{:.0f} ms", 1e3 * r.stuck_for));
+  html += row("longest time at all that the hand can pull with", fmt::format("{:.0f} ms", 1e3 * r.stuck_for));
   html += "</table><h2>Editing and drawing, meanwhile</h2><table>";
   html += row("strokes / dabs", fmt::format("{} / {}", r.edits.strokes, r.edits.dabs));
   html += row("samples edited", fmt::format("{}", r.edits.samples));

@@ -27,7 +27,7 @@ struct Report {
   std::string conversion_verdict;  ///< as `relief convert` says it, without a full stop
   double convert_seconds = 0;      ///< CPU, all threads
   double force_max = 0;            ///< N
-  double stuck_for = 0;            ///< s, longest_held_back()
+  double stuck_for = 0;            ///< s, longest time at all that the hand can pull with
   SessionStats stats;
   DocumentStatistics edits;
   std::vector<ServoSample> trace;  ///< of every tick
