@@ -23,7 +23,7 @@ REACHED = (49.88, 53.41, 0)
 SELDOM = {
     "convert": ("not_certified", "certificate.*.at_least", "parts.obstacles.part", "parts.obstacles.triangles",
                 "parts.obstacles.near", "parts.obstacles.reason", "mended.replaced_widest", "mended.replaced_near",
-                "undecided.share", "undecided.near"),
+                "undecided.share", "undecided.near", "remesh.lost_near"),
     "verify": ("certificate.*.at_least", "failed_tiles.what", "failed_tiles.slabs"),
     "touch": ("outputs.lost", "losses.tick", "losses.seconds", "losses.over", "losses.reopened", "losses.reason"),
     "replay": ("gaps.first", "gaps.ticks", "cut.bytes", "cut.of", "unknown", "verification.difference.tick",
