@@ -280,9 +280,10 @@ def solids(rows):
 
 
 def told_of_files(rows):
-    """What was said of each file that has no certificate; of a verdict its first part, the reason."""
+    """What was said of each file that has no certificate; of a verdict its reasons, without what all of them begin or end with."""
     def text(row):
-        return (row["said"] if row["outcome"] == "refused" else row["said"].split(";")[0]).replace("|", "\\|")
+        reasons = row["said"].split(";")[0].removeprefix("Tolerant, as ").removesuffix(", more than 1 % of its diagonal")
+        return (row["said"] if row["outcome"] == "refused" else reasons).replace("|", "\\|")
     same = {}  # files of a folder of which the same is said
     for row in rows:
         if row.get("outcome") in ("tolerant", "refused"):

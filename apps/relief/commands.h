@@ -144,6 +144,8 @@ void warn(std::string_view text);
 /// Text for standard output. A closed pipe is no error; any other failure makes the command fail at its end.
 void print(std::string_view text);
 void print_json(const nlohmann::ordered_json& object);
+/// Returns its three coordinates as an array.
+[[nodiscard]] nlohmann::ordered_json vector_json(Vec3d v);
 
 /// "x,y,z". Error: InvalidArgument naming the option.
 [[nodiscard]] Result<Vec3d> parse_vector(std::string_view option, std::string_view text);

@@ -415,6 +415,7 @@ void print(std::string_view text) {
   if (!quiet) write_out(text);
 }
 
+nlohmann::ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
 void print_json(const nlohmann::ordered_json& object) {
   write_out(object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   json_printed = true;

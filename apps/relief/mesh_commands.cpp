@@ -104,7 +104,7 @@ Status run_mesh_info(const std::string& file, const Context& context) {
     json["triangles"] = mesh.triangles.size();
     json["unit"] = mesh.unit ? nlohmann::ordered_json(name(*mesh.unit)) : nlohmann::ordered_json();
     json["colours"] = colours;
-    json["bounds"] = {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}};
+    json["bounds"] = {vector_json(box.low), vector_json(box.high)};
     json["notes"] = mesh.notes;
     print_json(json);
     return {};

@@ -118,7 +118,7 @@ ordered_json to_json(const Clay& clay) {
                         {"median", s.median},
                         {"thin_fibres", s.thin_fibres},
                         {"thin_samples", s.thin_samples},
-                        {"least_near", {s.least_at.x, s.least_at.y, s.least_at.z}}};
+                        {"least_near", vector_json(s.least_at)}};
   };
   return {{"fibres", clay.fibres}, {"below", side(clay.below)}, {"above", side(clay.above)}};
 }
@@ -141,8 +141,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                       {"hidden_share", coverage.hidden},
                       {"places", coverage.places},
                       {"missed", coverage.missed}};
-  if (coverage.share < 1)
-    json["coverage"]["missing_near"] = {coverage.missing_near.x, coverage.missing_near.y, coverage.missing_near.z};
+  if (coverage.share < 1) json["coverage"]["missing_near"] = vector_json(coverage.missing_near);
   json["samples"] = distinct_samples(made.model.head->slab_mesh());
   json["source_triangles"] = r.source_triangles;
   json["certificate"] = to_json(certificate);
@@ -164,37 +163,32 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   for (const auto& part : r.parts.obstacles)
     json["parts"]["obstacles"].push_back({{"part", part.part},
                                           {"triangles", part.triangles},
-                                          {"near", {part.near.x, part.near.y, part.near.z}},
+                                          {"near", vector_json(part.near)},
                                           {"reason", part.reason}});
   if (r.remesh)
     json["remesh"] = {{"voxel", r.remesh->voxel},     {"sheets", r.remesh->sheets},
                       {"crumbs", r.remesh->crumbs},   {"lost", r.remesh->lost},
                       {"to_skin", r.remesh->to_skin}, {"from_skin", r.remesh->from_skin},
                       {"smooth", r.remesh->is_smooth}};
-  if (r.remesh && r.remesh->lost > 0) {
-    const Vec3d near = r.remesh->lost_near;
-    json["remesh"]["lost_near"] = {near.x, near.y, near.z};
-  }
+  if (r.remesh && r.remesh->lost > 0) json["remesh"]["lost_near"] = vector_json(r.remesh->lost_near);
   if (r.skin)
     json["skin"] = {{"dropped", r.skin->dropped},   {"open_parts", r.skin->open_parts},
                     {"cut", r.skin->cut},           {"coincident", r.skin->coincident},
                     {"repaired", r.skin->repaired}, {"moved_most", r.skin->moved_most},
                     {"crossing", r.skin->crossing}, {"specks", r.skin->specks}};
   if (r.undecided.share > 0)
-    json["undecided"] = {{"share", r.undecided.share},
-                         {"near", {r.undecided.near.x, r.undecided.near.y, r.undecided.near.z}}};
+    json["undecided"] = {{"share", r.undecided.share}, {"near", vector_json(r.undecided.near)}};
   json["mended"] = {{"moved_vertices", r.moved_vertices},      {"moved_most", r.moved_most},
                     {"parted_vertices", r.parted_vertices},    {"replaced_triangles", r.replaced_triangles},
                     {"vanished_parts", r.vanished_parts},      {"specks", r.specks},
                     {"dropped_parts", r.dropped_parts},        {"closed_openings", r.closed_openings},
                     {"phantom_triangles", r.phantom_triangles}};
   if (r.strays.components > 0)
-    json["mended"]["strays"] = {{"parts", r.strays.components},
-                                {"triangles", r.strays.triangles},
-                                {"near", {r.strays.near.x, r.strays.near.y, r.strays.near.z}}};
+    json["mended"]["strays"] = {
+        {"parts", r.strays.components}, {"triangles", r.strays.triangles}, {"near", vector_json(r.strays.near)}};
   if (r.replaced_triangles > 0) {
     json["mended"]["replaced_widest"] = r.replaced_widest;
-    json["mended"]["replaced_near"] = {r.replaced_near.x, r.replaced_near.y, r.replaced_near.z};
+    json["mended"]["replaced_near"] = vector_json(r.replaced_near);
   }
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   json["clay"] = to_json(r.clay);
@@ -626,7 +620,7 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
     json["source"] = info.source;
     json["source_diagonal"] = info.source_diagonal;
     const Box3d box = mesh.bounds();
-    json["bounds"] = {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}};
+    json["bounds"] = {vector_json(box.low), vector_json(box.high)};
     json["clay"] = to_json(clay);
     json["tile_bytes"] = head.bytes();
     json["content_hash"] = fmt::format("{:016x}", head.content_hash());

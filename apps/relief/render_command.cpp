@@ -159,9 +159,8 @@ Result<Camera> find_camera(const RenderOptions& o, const Box3d& box, const Snaps
 }
 
 nlohmann::ordered_json camera_json(const Camera& camera) {
-  const auto vector = [](Vec3d v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
   nlohmann::ordered_json json = {
-      {"eye", vector(camera.eye)}, {"target", vector(camera.target)}, {"up", vector(camera.up)}};
+      {"eye", vector_json(camera.eye)}, {"target", vector_json(camera.target)}, {"up", vector_json(camera.up)}};
   if (camera.parallel)
     json["parallel"] = camera.view_height;
   else

@@ -125,10 +125,7 @@ std::string_view name(RoomBar bar) {
 }
 
 /// A place where something is so, or null.
-ordered_json json_of(bool is_so, Vec3d place) {
-  if (!is_so) return nullptr;
-  return {place.x, place.y, place.z};
-}
+ordered_json json_of(bool is_so, Vec3d place) { return is_so ? vector_json(place) : ordered_json(nullptr); }
 
 ordered_json json_of(const RoomTold& room) {
   const RoomEnded& sum = room.sum;

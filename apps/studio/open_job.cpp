@@ -162,12 +162,13 @@ Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit
   if (report.coverage.share < 1)
     verdict.lines.append(
         Words::tr("%1 % of what can be seen of the scan is missing.").arg(percent(1 - report.coverage.share)));
-  if (report.remesh)
+  if (report.remesh) {
     verdict.lines.append(
         Words::tr("It stands on a solid that was rebuilt with voxels of %1.").arg(distance(report.remesh->voxel)));
-  if (report.remesh && report.remesh->lost > 0)
-    verdict.lines.append(
-        Words::tr("%1 % of that solid is thinner than a voxel and is missing.").arg(percent(report.remesh->lost)));
+    if (report.remesh->lost > 0)
+      verdict.lines.append(
+          Words::tr("%1 % of that solid is thinner than a voxel and is missing.").arg(percent(report.remesh->lost)));
+  }
   if (!verdict.certified)
     verdict.lines.append(
         is_of_the_source(report)

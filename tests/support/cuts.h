@@ -85,20 +85,22 @@ inline double moved_between(const Snapshot& model, const Snapshot& cut, int plac
   return most;
 }
 
-/// Returns the least angle of the inner and outer triangles of any slab, as a share of the least of its root.
+/// Returns the least angle of a slab's inner and outer triangle, rad.
+inline double least_angle(const SlabCorners& c) {
+  double angle = 4;
+  for (const auto& of : {c.inner, c.outer})
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d a = normalized(of[(k + 1) % 3] - of[k]), b = normalized(of[(k + 2) % 3] - of[k]);
+      angle = std::min(angle, std::atan2(length(cross(a, b)), dot(a, b)));
+    }
+  return angle;
+}
+
+/// Returns the least angle of any slab's triangles, as a share of the least of its root's.
 inline double least_angle_of_roots(const SlabMesh& mesh, const SlabMesh& roots) {
-  const auto least = [](const SlabCorners& c) {
-    double angle = 4;
-    for (const auto& of : {c.inner, c.outer})
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3d a = normalized(of[(k + 1) % 3] - of[k]), b = normalized(of[(k + 2) % 3] - of[k]);
-        angle = std::min(angle, std::atan2(length(cross(a, b)), dot(a, b)));
-      }
-    return angle;
-  };
   double worst = 1;
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    worst = std::min(worst, least(mesh.corners(s)) / least(roots.corners(mesh.root_place(s).root)));
+    worst = std::min(worst, least_angle(mesh.corners(s)) / least_angle(roots.corners(mesh.root_place(s).root)));
   return worst;
 }
 

@@ -143,8 +143,9 @@ bool holds_a_ball(const Skin& skin, const SkinSample& sample, double diameter) {
 }
 
 /// Returns the thickness in voxels of the thinnest part that is at least `least` thick and reaches far out of what is
-/// `most` thick: a fin, not the tip of a wedge, nor an accident of one place. Nothing where there is none.
-std::optional<double> thin_part(const Skin& skin, double least, double most) {
+/// `most` thick: a fin, not the tip of a wedge, nor an accident of one place. Nothing where there is none. `area`: of
+/// the skin.
+std::optional<double> thin_part(const Skin& skin, double area, double least, double most) {
   constexpr std::size_t kSamples = 20'000;
   constexpr double kFar = 2;          // of `most`, or spacings of the samples: what is nearer grows out of what stays
   constexpr std::size_t kPlaces = 3;  // of a part
@@ -165,7 +166,7 @@ std::optional<double> thin_part(const Skin& skin, double least, double most) {
       of_thin.push_back(thickness[k]);
     }
   }
-  const double spacing = std::sqrt(area_of(skin.points(), skin.triangles()) / double(kSamples));
+  const double spacing = std::sqrt(area / double(kSamples));
   const std::vector<std::uint8_t> is_near = find_near(thin, thick, kFar * std::max(most, spacing));
   std::vector<double> far_out;
   for (std::size_t k = 0; k < thin.size(); ++k)
@@ -295,7 +296,7 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow,
     // Parts that would be lost want the finest that they need, as far as the voxels go.
     const double least = std::max(finest, voxel * std::sqrt(in_voxels / kForThinParts));
     if (least < chosen) {
-      const auto thin = thin_part(*grown.skin, kPerWall * least / voxel, kPerWall * chosen / voxel);
+      const auto thin = thin_part(*grown.skin, in_voxels, kPerWall * least / voxel, kPerWall * chosen / voxel);
       if (thin) chosen = voxel * *thin / kPerWall;
     }
     if (chosen != voxel) {

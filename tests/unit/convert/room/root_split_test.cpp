@@ -1,4 +1,5 @@
 #include "room_support.h"
+#include "support/cuts.h"
 
 #include <relief/convert/room/root_split.h>
 #include <relief/core/detail.h>
@@ -209,17 +210,6 @@ TEST(SplitRoots, TellHowFarTheSurfaceMovesOutsideTheSolid) {
   }
 }
 
-/// The least angle of a slab's inner and outer triangle.
-double least_angle(const SlabCorners& c) {
-  double angle = 4;
-  for (const auto& of : {c.inner, c.outer})
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d a = normalized(of[(k + 1) % 3] - of[k]), b = normalized(of[(k + 2) % 3] - of[k]);
-      angle = std::min(angle, std::atan2(length(cross(a, b)), dot(a, b)));
-    }
-  return angle;
-}
-
 TEST(SplitRoots, KeepTheirShapeOverTwentyGenerations) {
   const SnapshotPtr model = bumpy_ball(1, 32);
   const Vec3d place = surface_point(*model, 17, 0.3, 0.3).position;
@@ -238,7 +228,7 @@ TEST(SplitRoots, KeepTheirShapeOverTwentyGenerations) {
     const Piece piece = piece_of(was, is, s);
     ASSERT_NE(piece.root, kNoSlab);
     generations = std::max(generations, piece.generations);
-    worst = std::min(worst, least_angle(is.corners(s)) / least_angle(was.corners(piece.root)));
+    worst = std::min(worst, testing::least_angle(is.corners(s)) / testing::least_angle(was.corners(piece.root)));
   }
   EXPECT_GE(generations, 20);
   // The ends of new fibres are rounded: by a thousandth of the smallest edges here.
